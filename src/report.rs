@@ -25,7 +25,7 @@ pub struct CurveReport {
     pub energy: f64,
     /// Iterations used. 1 for a direct solve.
     pub iterations: u32,
-    /// Size of the energy's gradient at the end, in the metric of the method. 0 for a direct solve.
+    /// Size of the energy's gradient at the end, in the metric of the method: for Newton's the decrement. 0 for a direct solve.
     pub gradient_norm: f64,
     /// The λ of smoothing splines. `None` for other methods.
     pub smoothing: Option<f64>,

@@ -1,4 +1,4 @@
-// Newton's method damped in the Sobolev metric, (H + λL) p = −g, one trial a tick: for
+// Newton's method damped in the Sobolev metric, (H + λL) p = −g, one trial a tick, until √(−g·p) is small: for
 // descent.wgsl, which says what is asked for. Twin: src/discrete/damped.rs.
 
 // Of a direction: whether its matrix was positive definite, g·p, and the square of the largest
@@ -14,6 +14,41 @@ fn step_of(found: Found) -> real {
     return min(real(1), most_step(found.largest_square));
 }
 
+// Ends the lane before a trial along p, if it does. What converges takes this last step too, if it can be taken.
+fn end_before(lane: ptr<function, Lane>, curve: Curve, found: Found) {
+    let tolerance = lanes[curve.slot * params.numbers + GIVEN_TOLERANCE];
+    let square = (real(1) + (*lane).lambda) * -found.slope;
+    let least = tolerance * tolerance;
+    // Rounding may make a slope positive at a minimum.
+    let is_sound = found.sound && !is_out_of_range(square) && square >= -least;
+    let is_full = is_sound && (*lane).lambda == real(0) && step_of(found) == real(1);
+    // Errors of quadratic convergence contract by the square of the contraction before.
+    let contraction = square / (*lane).norm2;
+    let next = contraction * contraction * square;
+    let contracts = is_full && (*lane).full && contraction <= CONTRACTION && next <= CONTRACTION * least;
+    if (is_sound) {
+        (*lane).norm2 = select(max(square, real(0)), next, contracts);
+    }
+    (*lane).full = is_full;
+    if ((is_sound && square <= least) || contracts) {
+        (*lane).standing = STANDING_CONVERGED;
+    } else if (has_run_away(lane, curve)) {
+        (*lane).standing = STANDING_UNBOUNDED;
+    } else if ((*lane).iterations >= params.most_iterations) {
+        (*lane).standing = STANDING_EXHAUSTED;
+    }
+}
+
+// What follows a step that was taken, of this slope along p there.
+fn take(lane: ptr<function, Lane>, curve: Curve, taken: Taken, slope: real) {
+    (*lane).length = taken.length;
+    if (is_out_of_range(taken.squares)) {
+        (*lane).standing = STANDING_BROKEN;
+    } else if ((*lane).standing == STANDING_RUNNING && falls_short(lane, sqrt((*lane).norm2), NEWTON_PATIENCE)) {
+        (*lane).standing = STANDING_STALLED;
+    }
+}
+
 fn aimed(lane: ptr<function, Lane>, found: Found) -> real {
     (*lane).sound = found.sound;
     (*lane).slope = found.slope;
@@ -21,16 +56,24 @@ fn aimed(lane: ptr<function, Lane>, found: Found) -> real {
     return (*lane).alpha;
 }
 
-fn judge(lane: ptr<function, Lane>, energy: real, slope: real) -> u32 {
+fn judge(lane: ptr<function, Lane>, curve: Curve, energy: real, slope: real) -> u32 {
     let trial = Trial((*lane).sound, (*lane).slope, slope, (*lane).energy, energy, (*lane).alpha);
+    let is_damped = (*lane).lambda > real(0);
     let damping = damped((*lane).lambda, trial);
+    // A damped decrement may say too little.
+    let tolerance = lanes[curve.slot * params.numbers + GIVEN_TOLERANCE];
+    let leads_on = damping.verdict == VERDICT_ACCEPT && is_damped && (*lane).since_best == 0u && tolerance <= ROUGH;
+    // Contraction says nothing where the step fails.
+    let contracted = damping.verdict == VERDICT_AGAIN && !is_damped && -(*lane).slope > tolerance * tolerance;
+    if ((*lane).standing == STANDING_CONVERGED && (leads_on || contracted)) {
+        (*lane).standing = STANDING_RUNNING;
+    }
     (*lane).lambda = damping.lambda;
     return damping.verdict;
 }
 
-// The next direction is found where the next trial begins.
-fn go_on(lane: ptr<function, Lane>, curve: Curve, solved: Solved, before: real, slope: real) {}
-
 fn give_way(lane: ptr<function, Lane>, curve: Curve) {
-    (*lane).standing = STANDING_STALLED;
+    if ((*lane).standing == STANDING_RUNNING) {
+        (*lane).standing = STANDING_STALLED;
+    }
 }

@@ -1,5 +1,5 @@
 // Curves on their way down an energy: a tick is one energy and gradient and, where the trial is
-// accepted, one Sobolev gradient and a new direction. Many ticks a dispatch; everything that a
+// accepted, one Sobolev gradient and a new direction; with NEWTON one direction, and the trial along it. Many ticks a dispatch; everything that a
 // curve needs to go on is in storage, so that a descent is the same whatever its ticks are divided
 // into. A thread has a curve for itself (descent/alone.wgsl) or, with LANES, so many share one
 // (descent/lanes.wgsl). Twin: src/discrete/descent.rs, which says why.
@@ -81,9 +81,9 @@ const GIVEN_STEP: u32 = 3u;
 @group(0) @binding(6) var<storage, read_write> lanes: array<real>;
 @group(0) @binding(7) var<storage, read_write> displacements: array<real>;
 // Sections p, z, g, x of vectors, then of numbers: lengths of edges, 1/pivots, shares of the
-// border, fractions of spans, with SURFACE n·g of the curve as it stands and of the trial, and where the trial moves vertices; last the pins'. With NEWTON the factors come before the pins', and
-// what they share with the border of a closed curve before its first section; with LANES in their
-// place the blocks by vertices, and after the pins' what the lanes of a ring share.
+// border, fractions of spans; last the pins'. With NEWTON p, g, x and lengths, with SURFACE n·g of the curve as it stands and of
+// the trial, and where the trial moves vertices; then the factors, and what they share with the border of a closed curve before
+// its first section; with LANES in their place the blocks by vertices, and what the lanes of a ring share.
 @group(0) @binding(8) var<storage, read_write> work: array<real>;
 //:if SURFACE_TABLE
 // What the text of the surface reads.
@@ -101,27 +101,28 @@ struct Curve {
     fixed_start: u32,
     u: u32,
     p: u32,
-    z: u32,
     g: u32,
     x: u32,
     length: u32,
-    pivot: u32,
-    chain: u32,
-    fraction: u32,
 //:if SURFACE
     push: u32,
     trial_push: u32,
     moved: u32,
 //:end
-    pin_section: u32,
+//:if NEWTON
 //:if LANES
     blocks: u32,
     scratch: u32,
-    // Whether the block ring solves for the Sobolev gradient, not for a direction.
-    metric: bool,
 //:else
     factor: u32,
     border: u32,
+//:end
+//:else
+    z: u32,
+    pivot: u32,
+    chain: u32,
+    fraction: u32,
+    pin_section: u32,
 //:end
     highest: real,
     // The step of the trial that is being evaluated.
@@ -167,44 +168,25 @@ fn relative_change(curve: Curve, j: u32, change: vector) -> real {
     return dot(change, change) * inverse * inverse;
 }
 
-// Ends the lane, if it does, by ⟨g, z⟩ where the step was taken.
-fn turn(lane: ptr<function, Lane>, curve: Curve, solved: Solved) {
-    let given = curve.slot * params.numbers;
-    let tolerance = lanes[given + GIVEN_TOLERANCE];
-    // Where nothing but rounding is left, it may be negative.
-    let nothing = solved.norm2 < real(0) && -solved.norm2 <= tolerance * tolerance;
-    let norm2 = select(solved.norm2, real(0), nothing);
-    (*lane).norm2 = norm2;
-    if (!solved.sound || is_out_of_range(norm2) || norm2 < real(0)) {
-        (*lane).standing = STANDING_BROKEN;
-        return;
-    }
-    let norm = sqrt(norm2);
-    if (norm <= tolerance) {
-        (*lane).standing = STANDING_CONVERGED;
-    } else if ((*lane).length > lanes[given + GIVEN_LONGEST] && (*lane).energy < (*lane).start_energy) {
-        (*lane).standing = STANDING_UNBOUNDED;
-    } else if ((*lane).iterations >= params.most_iterations) {
-        (*lane).standing = STANDING_EXHAUSTED;
-    } else if (norm < PROGRESS * (*lane).best || (*lane).energy < (*lane).energy_then) {
+// Whether so many steps one after the other led nowhere, after one more with this norm before or behind it.
+fn falls_short(lane: ptr<function, Lane>, norm: real, patience: u32) -> bool {
+    if (norm < PROGRESS * (*lane).best || (*lane).energy < (*lane).energy_then) {
         (*lane).best = min(norm, (*lane).best);
         (*lane).energy_then = (*lane).energy - FALL * abs((*lane).energy);
         (*lane).since_best = 0u;
     } else {
         (*lane).since_best += 1u;
     }
-//:if NEWTON
-    let patience = NEWTON_PATIENCE;
-//:else
-    let patience = PATIENCE;
-//:end
-    if ((*lane).standing == STANDING_RUNNING && (*lane).since_best > patience && params.search != 0u) {
-        (*lane).standing = STANDING_STALLED;
-    }
+    return (*lane).since_best > patience && params.search != 0u;
+}
+
+fn has_run_away(lane: ptr<function, Lane>, curve: Curve) -> bool {
+    let longest = lanes[curve.slot * params.numbers + GIVEN_LONGEST];
+    return (*lane).length > longest && (*lane).energy < (*lane).start_energy;
 }
 
 // What is said of a trial: its energies, and the slope there.
-fn verdict_on(lane: ptr<function, Lane>, swept: Swept) -> u32 {
+fn verdict_on(lane: ptr<function, Lane>, curve: Curve, swept: Swept) -> u32 {
     let energy = swept.energy + swept.gauge;
     (*lane).evaluations += 1u;
     var verdict = VERDICT_ACCEPT;
@@ -218,8 +200,9 @@ fn verdict_on(lane: ptr<function, Lane>, swept: Swept) -> u32 {
             return VERDICT_AGAIN;
         }
     } else {
-        verdict = judge(lane, energy, swept.slope);
-        if (verdict == VERDICT_ACCEPT) {
+        verdict = judge(lane, curve, energy, swept.slope);
+        // Rounding decides whether the last step is taken, and not on the count.
+        if (verdict == VERDICT_ACCEPT || (*lane).standing == STANDING_CONVERGED) {
             (*lane).iterations += 1u;
         }
     }

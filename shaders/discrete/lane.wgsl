@@ -15,6 +15,8 @@ const STANDING_LEFT: u32 = 7u;
 const PATIENCE: u32 = 100u;
 const NEWTON_PATIENCE: u32 = 16u;
 const PROGRESS: real = real(0.7);
+const CONTRACTION: real = real(1e-2);
+const ROUGH: real = real(1e-6);
 //:if F64
 const FALL: real = real(1.4210854715202004e-14);
 //:else
@@ -25,6 +27,8 @@ const FALL: real = real(7.6293945e-6);
 const FLAG_STEEPEST: u32 = 1u;
 const FLAG_HIGH: u32 = 2u;
 const FLAG_HIGH_SLOPE: u32 = 4u;
+// No twin: 1: the step before was undamped, and not cut short.
+const FLAG_FULL: u32 = 1u;
 
 // One curve's numbers.
 struct Lane {
@@ -42,6 +46,8 @@ struct Lane {
     energy_then: real,
 //:if NEWTON
     lambda: real,
+    // Whether the step before was undamped, and not cut short.
+    full: bool,
     // Of the trial under way: what its matrix was, the slope along p, and how much of p is taken.
     sound: bool,
     slope: real,
@@ -65,6 +71,7 @@ fn load_lane(slot: u32) -> Lane {
     var lane = Lane();
     lane.standing = state.standing;
     if (state.standing == STANDING_START) {
+        lane.norm2 = UNBOUNDED;
         lane.best = UNBOUNDED;
         lane.energy_then = UNBOUNDED;
 //:if NEWTON
@@ -85,6 +92,7 @@ fn load_lane(slot: u32) -> Lane {
     lane.energy_then = lanes[at + 14u];
 //:if NEWTON
     lane.lambda = lanes[at + 6u];
+    lane.full = (state.flags & FLAG_FULL) != 0u;
 //:else
     lane.steepest = (state.flags & FLAG_STEEPEST) != 0u;
     lane.search.alpha = lanes[at + 6u];
@@ -117,6 +125,7 @@ fn store_lane(slot: u32, lane: Lane) {
     lanes[at + 14u] = lane.energy_then;
 //:if NEWTON
     lanes[at + 6u] = lane.lambda;
+    states[slot].flags = select(0u, FLAG_FULL, lane.full);
 //:else
     var flags = select(0u, FLAG_STEEPEST, lane.steepest);
     flags |= select(0u, FLAG_HIGH, lane.search.has_high);

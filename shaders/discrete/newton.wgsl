@@ -275,5 +275,7 @@ fn newton_direction(curve: Curve, weights: Weights, lambda: real) -> Found {
 }
 
 fn aim(lane: ptr<function, Lane>, curve: Curve, weights: Weights) -> real {
-    return aimed(lane, newton_direction(curve, weights, (*lane).lambda));
+    let found = newton_direction(curve, weights, (*lane).lambda);
+    end_before(lane, curve, found);
+    return aimed(lane, found);
 }

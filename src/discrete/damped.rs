@@ -1,11 +1,11 @@
-//! Newton's method damped in the Sobolev metric: one trial of (H + λL) p = −g a tick.
+//! Newton's method damped in the Sobolev metric: one trial of (H + λL) p = −g a tick, until the decrement √(−g·p) is small.
 
 use super::descent::Descent;
-use super::lane::Standing;
+use super::lane::{Standing, least};
 use super::newton::Newton;
 use super::plan::Direction;
 use crate::damping::{Trial, Verdict};
-use crate::linalg::scalar::{scale, subtract};
+use crate::linalg::scalar::{dot, scale, subtract};
 use crate::linalg::{Scalar, operation};
 
 impl<S: Scalar, const D: usize> Descent<'_, S, D> {
@@ -36,16 +36,26 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
     ///
     /// The first tick is [`tick`](Self::tick), which evaluates the curves as they stand.
     pub(super) fn newton_tick(&mut self, newton: &mut Newton<S, D>) {
-        let smallest = self.newton_direction(newton);
+        let (smallest, slope) = self.newton_direction(newton);
+        // An edge may change too much.
         let most = self.edges.most_step(&self.p);
-        let mut alpha = S::ZERO;
-        for (l, lane) in self.lanes.iter().enumerate() {
-            alpha.set_lane(l, lane.newton_step(most.lane(l)));
+        // 1 where there is a trial.
+        let (mut tried, mut alpha) = (S::ZERO, S::ZERO);
+        for (l, lane) in self.lanes.iter_mut().enumerate() {
+            let step = least(most.lane(l), S::ONE.lane(0));
+            if lane.aim(self.plan, smallest.lane(l), slope.lane(l), step) {
+                tried.set_lane(l, S::ONE.lane(0));
+                alpha.set_lane(l, step);
+            }
         }
-        let slope = self.advance(alpha);
+        let is_tried = |l: usize| tried.lane(l) != S::ZERO.lane(0);
+        if !(0..self.lanes.len()).any(is_tried) {
+            return;
+        }
+        self.advance(alpha);
         let (energy, slope_there, length) = self.evaluate();
         let mut accepted = S::ZERO;
-        for (l, lane) in self.lanes.iter_mut().enumerate().filter(|(_, lane)| lane.standing == Standing::Running) {
+        for (l, lane) in self.lanes.iter_mut().enumerate().filter(|(l, _)| is_tried(*l)) {
             lane.evaluations += 1;
             let trial = Trial {
                 smallest: smallest.lane(l),
@@ -53,18 +63,16 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
                 energies: [lane.energy, energy.lane(l)],
                 alpha: alpha.lane(l),
             };
-            match lane.damping.judge(&trial) {
-                Verdict::Accept => {
-                    lane.iterations += 1;
-                    (lane.energy, lane.length) = (energy.lane(l), length.lane(l));
-                    accepted.set_lane(l, S::ONE.lane(0));
-                }
-                Verdict::Again => {}
-                Verdict::Fail => lane.standing = Standing::Stalled,
+            let verdict = lane.judge(&trial);
+            // Rounding decides whether the last step is taken, and not on the count.
+            lane.iterations += u32::from(verdict == Verdict::Accept || lane.standing == Standing::Converged);
+            if verdict == Verdict::Accept {
+                (lane.energy, lane.length) = (energy.lane(l), length.lane(l));
+                accepted.set_lane(l, S::ONE.lane(0));
             }
         }
         if (0..self.lanes.len()).any(|l| accepted.lane(l) != S::ZERO.lane(0)) {
-            self.accept(accepted, slope_there);
+            self.take(accepted);
         }
     }
 
@@ -81,8 +89,8 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         }
     }
 
-    /// Computes p for the curves as they stand, and returns the smallest pivot of each lane.
-    pub(super) fn newton_direction(&mut self, newton: &mut Newton<S, D>) -> S {
+    /// Computes p for the curves as they stand, and returns the smallest pivot of each lane and g·p.
+    pub(super) fn newton_direction(&mut self, newton: &mut Newton<S, D>) -> (S, S) {
         self.edges.place(&self.u);
         let gauge = (self.plan.gauge > 0).then_some((self.plan.gauge, self.gauge));
         newton.assemble(&self.edges, &self.terms, gauge, &self.weights);
@@ -100,12 +108,28 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         let smallest = newton.factor(lambda);
         self.p.copy_from_slice(&self.g);
         newton.solve(&mut self.p);
-        for p in &mut self.p {
-            *p = scale(-S::ONE, *p);
-        }
+        let slope = S::run(Turn { descent: self });
         self.edges.close(&mut self.p);
-        smallest
+        (smallest, slope)
     }
+}
+
+impl<S: Scalar, const D: usize> Descent<'_, S, D> {
+    /// Turns p about, and returns g·p.
+    #[inline(always)]
+    fn turn_about(&mut self) -> S {
+        let mut slope = S::ZERO;
+        for (p, g) in self.p.iter_mut().zip(&self.g) {
+            *p = scale(-S::ONE, *p);
+            slope += dot(*g, *p);
+        }
+        slope
+    }
+}
+
+operation! {
+    /// [`Descent::turn_about`]
+    Turn<'d, 'a, S: Scalar; D> { descent: &'d mut Descent<'a, S, D> } -> S { descent.turn_about() }
 }
 
 operation! {

@@ -6,7 +6,8 @@
 //! - the Sobolev gradient z is computed;
 //! - the new direction is p = −z + βp.
 //!
-//! Otherwise another α is tried. Lanes that have ended stay as they are. A lane holds everything
+//! Otherwise another α is tried. Newton's method, [`damped`](super::damped), has directions and a norm of its own, and needs
+//! no Sobolev gradient. Lanes that have ended stay as they are. A lane holds everything
 //! its curve needs to go on, so a descent can be stopped after any tick and resumed.
 
 use super::edges::Edges;
@@ -14,7 +15,7 @@ use super::energy::{Functional, Hold, Wall};
 use super::lane::{Lane, Standing};
 use super::line_search::LineSearch;
 use super::metric::{Metric, Pins, Weights};
-use super::plan::{Plan, Step};
+use super::plan::{Direction, Plan, Step};
 use super::within::Within;
 use crate::damping::Verdict;
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
@@ -67,7 +68,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         let rows = vec![[S::ZERO; D]; edges.rows()];
         let lane = |&(tolerance, longest): &(f64, f64)| Lane::new(tolerance, longest);
         Descent {
-            metric: Metric::new(plan.order, &edges, &pins),
+            metric: Metric::new(if plan.direction == Direction::Newton { 0 } else { plan.order }, &edges, &pins),
             lanes: bounds.iter().map(lane).collect(),
             u: rows.clone(),
             x: rows.clone(),
@@ -127,8 +128,10 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
             }
         }
         let any = self.lanes.iter().enumerate().any(|(l, _)| accepted.lane(l) != S::ZERO.lane(0));
-        if any {
-            self.accept(accepted, slope);
+        match self.plan.direction {
+            _ if !any => {}
+            Direction::Newton => self.take(accepted),
+            _ => self.accept(accepted, slope),
         }
     }
 
@@ -344,6 +347,32 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         }
     }
 
+    /// Takes the step and its gradient where `accepted` is 1, for Newton's method.
+    pub(super) fn take(&mut self, accepted: S) {
+        let squares = S::run(Take { descent: self, accepted });
+        for (l, lane) in self.lanes.iter_mut().enumerate() {
+            if accepted.lane(l) != S::ZERO.lane(0) {
+                lane.took(self.plan, squares.lane(l).is_finite());
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn take_inlined(&mut self, accepted: S) -> S {
+        if const { D == 3 }
+            && let Some(within) = &mut self.within
+        {
+            within.accept(accepted);
+        }
+        let mut squares = S::ZERO;
+        for row in 0..self.u.len() {
+            squares += dot(self.trial[row], self.trial[row]);
+            self.u[row] = taken(accepted, self.x[row], self.u[row]);
+            self.g[row] = taken(accepted, self.trial[row], self.g[row]);
+        }
+        squares
+    }
+
     /// The coordinates of a lane's displacements, vertex after vertex.
     pub fn displacements(&self, l: usize) -> Vec<Vector<f64, D>> {
         let count = self.edges.vertices()[l];
@@ -365,6 +394,11 @@ operation! {
     /// [`Descent::turn`]
     Turn<'d, 'a, S: Scalar; D> { descent: &'d mut Descent<'a, S, D>, accepted: S, beta: S }
         -> () { descent.turn(accepted, beta) }
+}
+
+operation! {
+    /// [`Descent::take`]
+    Take<'d, 'a, S: Scalar; D> { descent: &'d mut Descent<'a, S, D>, accepted: S } -> S { descent.take_inlined(accepted) }
 }
 
 /// One vector where `accepted` is 1, else the other.

@@ -110,7 +110,7 @@ impl Way {
     }
 }
 
-/// The kernel of a composition with the inner product of an order, 0 to 3.
+/// The kernel of a composition of an order, 0 to 3.
 pub(crate) fn descent_kernel(composition: &Composition, order: usize, way: Way, precision: Precision) -> KernelKey {
     let mut definitions = composition.definitions.clone();
     definitions.insert("GROUP".into(), GROUP.to_string());

@@ -254,11 +254,12 @@ pub struct Fair {
     pub direction: Direction,
     /// The length of each step.
     pub step: Step,
-    /// The √⟨g, L⁻¹g⟩ at which a curve has converged.
+    /// The size of the gradient at which a curve has converged.
     ///
     /// 1e-8 by default, and smaller is stricter.
     ///
-    /// This is the size of the gradient in the Sobolev metric. The curve is scaled to size 1, and
+    /// By Newton's method it is the decrement √(gᵀH⁻¹g), whose square is twice what is left to gain; by others √(gᵀL⁻¹g) in the
+    /// Sobolev metric L, which is H at a straight curve. The curve is scaled to size 1, and
     /// the energy to weight 1 of its highest order. For |κ|^ν that is a weight of κ̄^(2 − ν), where
     /// κ̄ is the mean curvature of the start. In f32 the tolerance is at least 1.1 ε √E/h, which
     /// rounding leaves.

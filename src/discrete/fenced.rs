@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 
 use super::apart::Partings;
 use super::descended::Descended;
-use super::disc::{Discs, OF_VIOLATION, ROUGHLY};
+use super::disc::Discs;
 use super::energy::{Energy, Fencing};
 use super::fair::Fair;
 use super::fences::{ENOUGH, FIRST, Fences, MARGIN};
@@ -52,6 +52,12 @@ const LOOPS: f64 = 1.5;
 /// Between soft fences a curve passes over the low barrier that is between its own turn and a loop. Of 30 curves that did
 /// so, where an interior-point method finds one near, 28 keep their limits with the second.
 const FIRSTS: [f64; 2] = [FIRST, 1e3];
+
+/// The tolerance of the first round, and the largest of all.
+const ROUGHLY: f64 = 1e-2;
+
+/// The tolerance of the next round in units of √(E/n) v, for n edges and the violation v.
+const OF_VIOLATION: f64 = 0.05;
 
 /// The part of a lifted curve's energy that counts at least. With all of it walls are so stiff at first that curves stay
 /// where they were lifted to.

@@ -35,7 +35,7 @@ const CLOSE: f64 = 1e-4;
 /// A curve is given up when so many rounds one after the other leave more than half of its violation.
 const PATIENCE: u32 = 2;
 
-/// The largest √⟨g, L⁻¹g⟩ that counts as rounding.
+/// The largest norm of the gradient that counts as rounding.
 const MOST_ROUNDING: f64 = 1e-6;
 
 /// Violations up to this are met with a larger margin where ρ cannot grow.
@@ -107,7 +107,7 @@ impl Fences {
         self.slow >= PATIENCE
     }
 
-    /// The √⟨g, L⁻¹g⟩ that rounding may leave.
+    /// The norm of the gradient that rounding may leave.
     ///
     /// For curvatures βq has an error of βε/h, with h the mean edge. That of a force ρsβ∇q is then ρβ²ε/h³, which √(w/h³)
     /// of the inner product divides. It is below 1e-8 but for the largest ρ: there 9 of 6,000 rough curves stop at 1.4e-8

@@ -15,7 +15,7 @@
 //! - Curves descend by Newton's method, (H + λL) p = −g. The gauge keeps edges between data points
 //!   equal, and does not change the shape. With it the Hessian H is regular at a minimum, and three
 //!   steps suffice. L is the Sobolev inner product of the energy's order. λ grows from 0 where H is
-//!   indefinite or a step fails.
+//!   indefinite or a step fails. The decrement √(−g·p) says when it is enough.
 //! - Sobolev gradients L⁻¹g are the other way to descend. An ordinary gradient has two derivatives
 //!   fewer than the curve for every order of the energy, so steps along it are of the size of the
 //!   finest edge. In the inner product of the energy's order the number of steps does not depend on

@@ -71,7 +71,7 @@ pub(crate) struct Problem<const D: usize> {
     pub highest: f64,
     /// The root mean square of |K| at the start, where |κ|^ν and κ² weigh the same.
     pub curvature: f64,
-    /// The tolerance of √⟨g, L⁻¹g⟩.
+    /// The tolerance of the norm of the gradient.
     pub tolerance: f64,
     /// The length beyond which a curve has run away.
     ///
@@ -107,7 +107,7 @@ pub(crate) struct Outcome<const D: usize> {
     pub standing: Standing,
     /// The energy without the gauge.
     pub energy: f64,
-    /// √⟨g, L⁻¹g⟩
+    /// √⟨g, L⁻¹g⟩, or Newton's decrement.
     pub norm: f64,
     pub iterations: u32,
     /// Evaluations of the energy and its gradient.
@@ -174,7 +174,7 @@ impl<const D: usize> Problem<D> {
         })
     }
 
-    /// The √⟨g, L⁻¹g⟩ that rounding in f32 may leave.
+    /// The norm of the gradient that rounding in f32 may leave.
     ///
     /// It is 1.1 ε √(w E)/h. Here w is half the weight of the inner product, E is the energy of the
     /// base, and h is the mean length of an edge.

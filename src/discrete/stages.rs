@@ -39,7 +39,7 @@ const LEAST_EXPONENT: f64 = 1.5;
 /// From stage to stage ν − 1 at most doubles or halves.
 const STAGE: f64 = 2.0;
 
-/// The tolerance of √⟨g, L⁻¹g⟩ in all stages but the last.
+/// The tolerance of the norm of the gradient in all stages but the last.
 ///
 /// It is near enough for the next to start from.
 const STAGE_TOLERANCE: f64 = 1e-2;

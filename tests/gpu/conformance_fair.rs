@@ -240,7 +240,7 @@ fn planar_curves_of_65_vertices_agree_to_a_millionth_of_their_size_in_single_pre
 fn what_single_precision_cannot_finish_is_finished_by_the_cpu_unless_it_was_asked_for() {
     let Some(device) = device() else { return };
     let batch = Family { dimension: 2, closed: false, points: 5, sigma: 1.2 }.batch(60, 47);
-    let fair = fair(bending(2.0) + 0.001 * length());
+    let fair = Fair { segments: Segments::PerSpan(128), ..fair(bending(2.0) + 0.1 * length()) };
     let left = fair.fit(&batch, &device.clone().with_precision(Precision::F32)).unwrap();
     let finished = fair.fit(&batch, &device.with_precision(Precision::Auto)).unwrap();
     println!("{} of {} without help; {}", left.usable(), left.len(), finished.device());

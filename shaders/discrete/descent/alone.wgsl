@@ -1,28 +1,43 @@
 // Descents of which each has a thread for itself. Twin: src/discrete/descent.rs.
+//:if NEWTON
+//:else
 //:include discrete/metric/mod.wgsl
 //:if SECOND
 //:include discrete/metric/hats.wgsl
 //:end
+//:end
+
+// Of a step that was taken: the length of the curve, and with NEWTON g·g.
+struct Taken {
+    length: real,
+    squares: real,
+}
 
 // The base: no displacement, no direction.
 fn begin(curve: Curve) {
     for (var v = 0u; v < curve.vertices; v++) {
         store_displacement(curve, v, vector());
         store_vector(curve.p, v, vector());
+//:if NEWTON
+//:else
         store_vector(curve.z, v, vector());
+//:end
     }
 }
 
-// Takes the step and its gradient; its edges' lengths are kept, and their sum is returned.
-fn take_step(curve: Curve) -> real {
+// Takes the step and its gradient; its edges' lengths are kept.
+fn take_step(curve: Curve) -> Taken {
     var length = real(0);
+    var squares = real(0);
     var first = vector();
     var before = vector();
     for (var v = 0u; v < curve.vertices; v++) {
         let x = trial(curve, v);
         store_displacement(curve, v, x);
 //:if NEWTON
-        store_vector(curve.g, v, work_vector(curve.x, v));
+        let g = work_vector(curve.x, v);
+        store_vector(curve.g, v, g);
+        squares += dot(g, g);
 //:if SURFACE
         take_push(curve, v);
 //:end
@@ -37,7 +52,7 @@ fn take_step(curve: Curve) -> real {
     if (curve.closed != 0u) {
         length += take_length(curve, curve.segments - 1u, first - before);
     }
-    return length;
+    return Taken(length, squares);
 }
 
 fn take_length(curve: Curve, j: u32, change: vector) -> real {
@@ -48,10 +63,10 @@ fn take_length(curve: Curve, j: u32, change: vector) -> real {
 }
 
 // What differs with the way directions are found:
-//     fn aim(lane: ptr<function, Lane>, curve: Curve, weights: Weights) -> real: the step of the trial along p
-//     fn judge(lane: ptr<function, Lane>, energy: real, slope: real) -> u32: the verdict on the trial
-//     fn go_on(lane: ptr<function, Lane>, curve: Curve, solved: Solved, before: real, slope: real): after a step that was
-//         taken and did not end the lane; `before` is ⟨g, z⟩ before it
+//     fn aim(lane: ptr<function, Lane>, curve: Curve, weights: Weights) -> real: the step of the trial along p, if the lane
+//         has not ended
+//     fn judge(lane: ptr<function, Lane>, curve: Curve, energy: real, slope: real) -> u32: the verdict on the trial
+//     fn take(lane: ptr<function, Lane>, curve: Curve, taken: Taken, slope: real): after a step that was taken
 //     fn give_way(lane: ptr<function, Lane>, curve: Curve): after a direction that failed
 //:if NEWTON
 //:include discrete/newton.wgsl
@@ -69,20 +84,17 @@ fn tick(lane: ptr<function, Lane>, at_step: Curve) {
     curve.alpha = real(0);
     if (!is_first) {
         curve.alpha = aim(lane, curve, weights);
+        if ((*lane).standing > STANDING_CONVERGED) {
+            return;
+        }
     }
 //:if SURFACE
     move_back(curve, 0u, curve.vertices);
 //:end
     let swept = sweep(curve, weights, 0u, curve.vertices);
-    let verdict = verdict_on(lane, swept);
+    let verdict = verdict_on(lane, curve, swept);
     if (verdict == VERDICT_ACCEPT) {
-        (*lane).length = take_step(curve);
-        let before = (*lane).norm2;
-        let solved = sobolev_gradient(curve);
-        turn(lane, curve, solved);
-        if ((*lane).standing == STANDING_RUNNING) {
-            go_on(lane, curve, solved, before, swept.slope);
-        }
+        take(lane, curve, take_step(curve), swept.slope);
     } else if (verdict == VERDICT_FAIL) {
         give_way(lane, curve);
     }

@@ -10,31 +10,23 @@ var<workgroup> any_runs: u32;
 
 //:include linalg/block_ring/lanes/ring.wgsl SCRATCH=work
 //:include discrete/newton/assemble.wgsl
-//:if THIRD
-//:include discrete/metric/third.wgsl
-//:else
-//:include discrete/metric/ring.wgsl
-//:end
 //:include discrete/damped.wgsl
 
+// Of a step that was taken: the length of the curve, and g·g.
+struct Taken {
+    length: real,
+    squares: real,
+}
+
 fn ring_block(curve: Curve, v: u32, k: u32) -> matrix {
-    if (curve.metric && k > METRIC_REACH) {
-        return matrix();
-    }
     return transpose(work_matrix(block_at(curve, v, k), 0u));
 }
 
 fn ring_rhs(curve: Curve, v: u32) -> vector {
-    if (curve.metric) {
-        return metric_rhs(curve, v);
-    }
     return -work_vector(curve.g, v);
 }
 
 fn ring_movable(curve: Curve, v: u32) -> bool {
-    if (curve.metric) {
-        return metric_movable(curve, v);
-    }
     return is_movable(curve, v);
 }
 
@@ -81,8 +73,8 @@ fn found_of(curve: Curve, ring: BlockRing, smallest: real, thread: u32) -> Found
     return Found(smallest > real(0), all.x, all.w);
 }
 
-// Takes the step and its gradient; its edges' lengths are kept, and their sum is returned.
-fn take_step(curve: Curve, ring: BlockRing, thread: u32) -> real {
+// Takes the step and its gradient.
+fn take_step(curve: Curve, ring: BlockRing, thread: u32) -> Taken {
     var partial = vec4<real>();
     if (ring.working) {
         for (var j = ring.begin; j < min(ring.end, curve.segments); j++) {
@@ -97,14 +89,27 @@ fn take_step(curve: Curve, ring: BlockRing, thread: u32) -> real {
     if (ring.working) {
         for (var v = ring.begin; v < ring.end; v++) {
             store_displacement(curve, v, trial(curve, v));
-            store_vector(curve.g, v, work_vector(curve.x, v));
+            let g = work_vector(curve.x, v);
+            store_vector(curve.g, v, g);
+            partial.y += dot(g, g);
 //:if SURFACE
             take_push(curve, v);
 //:end
         }
     }
     storageBarrier();
-    return gathered(ring, thread, partial).x;
+    let all = gathered(ring, thread, partial);
+    return Taken(all.x, all.y);
+}
+
+// Ends a curve before its trial, if it does, by its first lane.
+fn end_all(curve: Curve, ring: BlockRing, found: Found) {
+    if (ring.working && ring.lane == 0u) {
+        var lane = load_lane(curve.slot);
+        end_before(&lane, curve, found);
+        store_lane(curve.slot, lane);
+    }
+    storageBarrier();
 }
 
 // The verdict on a trial by a curve's first lane, to all of them. Until then what is known of the curve waits in
@@ -113,10 +118,10 @@ fn judged(curve: Curve, ring: BlockRing, found: Found, swept: vec4<real>, thread
     var verdict = VERDICT_AGAIN;
     if (ring.working && ring.lane == 0u) {
         var lane = load_lane(curve.slot);
-        if (lane.standing == STANDING_RUNNING) {
+        if (lane.standing != STANDING_START) {
             aimed(&lane, found);
         }
-        verdict = verdict_on(&lane, Swept(swept.x, swept.y, swept.z));
+        verdict = verdict_on(&lane, curve, Swept(swept.x, swept.y, swept.z));
         if (verdict == VERDICT_FAIL) {
             give_way(&lane, curve);
         }
@@ -145,46 +150,29 @@ fn trial_along(curve: Curve, ring: BlockRing, found: Found, thread: u32) -> u32 
     return judged(curve, ring, found, whole, thread);
 }
 
-// One trial of the curves that run. The block ring solves twice, for a direction and, where a step is taken, for what
-// the Sobolev gradient asks for: in two rounds of a loop, since compilers make twice the code of two calls.
+// One trial of the curves that run.
 fn tick(at_step: Curve, running: BlockRing, thread: u32) {
     var curve = at_step;
-    var found = Found();
-    var frozen = not_frozen();
-    var length = real(0);
-    var taking = running;
-    var is_sound = true;
     // The first trial is the base.
     var solving = running;
     solving.working = running.working && states[curve.slot].standing == STANDING_RUNNING;
-    curve.alpha = select(real(0), real(1), solving.working);
     if (solving.working) {
         assemble(curve, running, load_weights(curve), load_lambda(curve.slot));
     }
     storageBarrier();
-    for (var round = 0u; round < 2u; round++) {
-        if (round == 1u) {
-            let verdict = trial_along(curve, running, found, thread);
-            taking.working = running.working && verdict == VERDICT_ACCEPT;
-            length = take_step(curve, taking, thread);
-            curve.metric = true;
-            frozen = freeze(curve, taking, thread);
-            solving = metric_ring(curve, taking);
-        }
-        let smallest = solve_block_ring(curve, solving);
-        if (round == 0u) {
-            found = found_of(curve, solving, smallest, thread);
-            curve.alpha *= step_of(found);
-        } else {
-            // Lanes without pins know no pivot.
-            is_sound = smallest > real(0) || !solving.working;
-        }
-    }
-    let solved = sobolev_gradient(curve, taking, frozen, is_sound, thread);
+    let smallest = solve_block_ring(curve, solving);
+    let found = found_of(curve, solving, smallest, thread);
+    curve.alpha = select(real(0), step_of(found), solving.working);
+    end_all(curve, solving, found);
+    var trying = running;
+    trying.working = running.working && states[curve.slot].standing <= STANDING_CONVERGED;
+    let verdict = trial_along(curve, trying, found, thread);
+    var taking = trying;
+    taking.working = trying.working && verdict == VERDICT_ACCEPT;
+    let taken = take_step(curve, taking, thread);
     if (taking.working && taking.lane == 0u) {
         var lane = load_lane(curve.slot);
-        lane.length = length;
-        turn(&lane, curve, solved);
+        take(&lane, curve, taken, real(0));
         store_lane(curve.slot, lane);
     }
     storageBarrier();

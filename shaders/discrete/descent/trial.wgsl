@@ -43,40 +43,30 @@ fn load_curve(slot: u32) -> Curve {
     curve.fixed_start = table.fixed_start;
     curve.u = table.displacement_start;
     curve.p = table.work_start;
-//:if NEWTON
-    // By the time z is found p has served, and leaves it its place.
-    curve.z = curve.p;
-//:else
-    curve.z = curve.p + $DIMu * section;
-//:end
-    curve.g = curve.z + $DIMu * section;
+    curve.g = curve.p + $DIMu * section;
     curve.x = curve.g + $DIMu * section;
     curve.length = curve.x + $DIMu * section;
-    curve.pivot = curve.length + section;
-    curve.chain = curve.pivot + section;
-    curve.fraction = curve.chain + section;
-    var rest = curve.fraction + section;
+    var rest = curve.length + section;
 //:if SURFACE
     curve.push = rest;
     curve.trial_push = rest + section;
     curve.moved = rest + 2u * section;
     rest += (2u + $DIMu) * section;
 //:end
+//:if NEWTON
 //:if LANES
     curve.blocks = rest;
-    curve.pin_section = curve.blocks + $VERTICESu * $DIMu * $DIMu * section;
-    curve.scratch = curve.pin_section;
-//:if SECOND
-    curve.scratch += curve.pin_count * PIN_NUMBERS * $SIDEu;
-//:end
+    curve.scratch = rest + $VERTICESu * $DIMu * $DIMu * section;
 //:else
-//:if NEWTON
     curve.border = table.work_start - 2u * $DIMu * $DIMu * section;
     curve.factor = rest;
-    curve.pin_section = curve.factor + 2u * $DIMu * $DIMu * section;
-//:else
-    curve.pin_section = rest;
 //:end
+//:else
+    curve.z = rest;
+    curve.pivot = curve.z + $DIMu * section;
+    curve.chain = curve.pivot + section;
+    curve.fraction = curve.chain + section;
+    curve.pin_section = curve.fraction + section;
 //:end
     curve.highest = lanes[slot * params.numbers + GIVEN_HIGHEST];
     return curve;

@@ -8,6 +8,29 @@ const DIRECTION_POLAK_RIBIERE: u32 = 2u;
 
 const DOWNWARDS: real = real(0.01);
 
+// Ends the lane, if it does, by ⟨g, z⟩ where the step was taken.
+fn turn(lane: ptr<function, Lane>, curve: Curve, solved: Solved) {
+    let tolerance = lanes[curve.slot * params.numbers + GIVEN_TOLERANCE];
+    // Where nothing but rounding is left, it may be negative.
+    let nothing = solved.norm2 < real(0) && -solved.norm2 <= tolerance * tolerance;
+    let norm2 = select(solved.norm2, real(0), nothing);
+    (*lane).norm2 = norm2;
+    if (!solved.sound || is_out_of_range(norm2) || norm2 < real(0)) {
+        (*lane).standing = STANDING_BROKEN;
+        return;
+    }
+    let norm = sqrt(norm2);
+    if (norm <= tolerance) {
+        (*lane).standing = STANDING_CONVERGED;
+    } else if (has_run_away(lane, curve)) {
+        (*lane).standing = STANDING_UNBOUNDED;
+    } else if ((*lane).iterations >= params.most_iterations) {
+        (*lane).standing = STANDING_EXHAUSTED;
+    } else if (falls_short(lane, norm, PATIENCE)) {
+        (*lane).standing = STANDING_STALLED;
+    }
+}
+
 // p = βp − z, of which the largest allowed step is returned.
 fn take_direction(curve: Curve, beta: real) -> real {
     var largest = real(0);
@@ -52,7 +75,18 @@ fn aim(lane: ptr<function, Lane>, curve: Curve, weights: Weights) -> real {
     return (*lane).search.alpha;
 }
 
-fn judge(lane: ptr<function, Lane>, energy: real, slope: real) -> u32 {
+// What follows a step that was taken, of this slope along p there.
+fn take(lane: ptr<function, Lane>, curve: Curve, taken: Taken, slope: real) {
+    (*lane).length = taken.length;
+    let before = (*lane).norm2;
+    let solved = sobolev_gradient(curve);
+    turn(lane, curve, solved);
+    if ((*lane).standing == STANDING_RUNNING) {
+        go_on(lane, curve, solved, before, slope);
+    }
+}
+
+fn judge(lane: ptr<function, Lane>, curve: Curve, energy: real, slope: real) -> u32 {
     if (params.search != 0u) {
         (*lane).search = judged((*lane).search, energy, slope);
         return (*lane).search.verdict;

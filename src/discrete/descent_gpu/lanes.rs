@@ -19,8 +19,8 @@ const ALONE: f64 = 0.75;
 
 /// The cost of a step of the ring, in vertices of a chunk.
 ///
-/// Eliminating a row of two vertices takes 36 operations on blocks, in both systems of a trial: 72/45.
-/// An estimate, since barriers are left out.
+/// Eliminating a row of two vertices takes 36 operations on blocks: 36/45, and about as much again for barriers. An
+/// estimate.
 const STEP: f64 = 1.5;
 
 /// The numbers of lanes that curves of a dimension may have on an adapter, for an energy of an order.

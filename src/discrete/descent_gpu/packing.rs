@@ -25,7 +25,7 @@ const FENCE: usize = 3;
 /// The numbers of a [`Wall`](crate::discrete::energy::Wall), but for its vectors.
 const WALL: usize = 5;
 
-/// The positions of the numbers that are read back: the energy without the gauge, and ⟨g, z⟩.
+/// The positions of the numbers that are read back: the energy without the gauge, and the square of the gradient's norm.
 const REPORTED: usize = GIVEN + 1;
 const NORM2: usize = GIVEN + 2;
 
@@ -136,20 +136,22 @@ impl<const D: usize> Job<'_, D> {
 
     /// The numbers of a curve's sections.
     fn work_numbers(&self, rows: usize, pins: usize) -> usize {
-        let pin_numbers = if self.run.plan.order == 2 { 2 + 2 * D + 2 * D * D } else { 0 };
-        let (vectors, matrices, shared) = match self.way {
-            Way::Gradients => (4, 0, 0),
+        // Vectors, numbers and matrices a row, and what comes once.
+        let (vectors, numbers, matrices, once) = match self.way {
+            Way::Gradients => {
+                let pin_numbers = if self.run.plan.order == 2 { 2 + 2 * D + 2 * D * D } else { 0 };
+                (4, 4, 0, pins * pin_numbers)
+            }
             // Newton's factors.
-            Way::Newton(1) => (3, 2, 0),
-            // Its blocks. The ring of the pins may have fewer lanes than that of the vertices.
+            Way::Newton(1) => (3, 1, 2, 0),
+            // Its blocks.
             Way::Newton(lanes) => {
                 let order = self.run.plan.order;
-                let ring = |vertices| scratch_numbers(vertices, order, D, lanes);
-                (3, order + 1, ring(rows).max(ring(pins)))
+                (3, 1, order + 1, scratch_numbers(rows, order, D, lanes))
             }
         };
         let in_surface = if self.is_in_surfaces() { 2 + D } else { 0 };
-        rows * (vectors * D + 4 + in_surface + matrices * D * D) + pins * pin_numbers + shared
+        rows * (vectors * D + numbers + in_surface + matrices * D * D) + once
     }
 
     pub(super) fn numbers(&self) -> usize {

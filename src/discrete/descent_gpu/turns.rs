@@ -38,16 +38,16 @@ pub(super) fn loop_turns(order: usize, way: Way, rows: usize, pins: usize) -> us
     let lanes = way.lanes();
     if lanes > 1 {
         // The base; the blocks and the chunk's vertices before; the ring, four times; the step and
-        // its length; sums, edges, the network and four times its solutions. A lane has whole spans
-        // between pins, three times. It adds up what the other lanes found, and the workgroup. Order
-        // 3 has a second system of the vertices in place of the network.
+        // its length; sums and edges. A lane adds up what the other lanes found, and the workgroup.
         let chunk = rows.div_ceil(ring_of(rows, order, lanes));
-        return 16 * (chunk + 4) + 3 * rows + 7 * pins.div_ceil(ring_of(pins, order, lanes)) + 8 * lanes + GROUP;
+        return 12 * (chunk + 4) + 8 * lanes + GROUP;
     }
-    // The base (once), the sweep, the step, two directions or Newton's system there and back. Then
-    // the inner product.
-    let loops = 5 + [1, 3, 9][order];
-    loops * (rows + 8) + if order == 2 { 4 * pins } else { 0 }
+    // The base (once), the sweep, the step, two directions or Newton's system there and back. Then, without Newton's, the inner
+    // product.
+    match way {
+        Way::Newton(_) => 5 * (rows + 8),
+        Way::Gradients => (5 + [1, 3, 9][order]) * (rows + 8) + if order == 2 { 4 * pins } else { 0 },
+    }
 }
 
 /// The ticks of the listed curves.

@@ -143,8 +143,8 @@ fn curves_up_to_the_longest_for_a_thread_descend_there_and_longer_ones_on_the_ho
     // 14 (n + 8) + 4 · 5 turns for n vertices.
     let longest = (LOOP_TURNS - 20) / 14 - 8;
     assert!(
-        loop_turns(2, Way::Newton(1), longest, 5) <= LOOP_TURNS
-            && loop_turns(2, Way::Newton(1), longest + 1, 5) > LOOP_TURNS
+        loop_turns(2, Way::Gradients, longest, 5) <= LOOP_TURNS
+            && loop_turns(2, Way::Gradients, longest + 1, 5) > LOOP_TURNS
     );
     let spans = 4;
     let n = (longest - 1) / spans;
@@ -237,7 +237,7 @@ fn what_was_finished_before_the_device_was_lost_is_kept() {
 #[test]
 fn curves_too_long_for_a_thread_descend_with_lanes() {
     let Some(gpu) = gpu() else { return };
-    let fair = Fair { energy: bending(2.0) + length(), segments: Segments::PerSpan(1500), ..Fair::default() };
+    let fair = Fair { energy: bending(2.0) + length(), segments: Segments::PerSpan(3100), ..Fair::default() };
     let mut own = problems::<2>(&fair, &batch::<2>(&[5, 5], |i| i == 1, 61));
     // Beyond rounding at so many vertices.
     own.iter_mut().for_each(|problem| problem.tolerance = 1e-5);
