@@ -301,12 +301,13 @@ class Fair:
 
 def _directions(monotone: Any, dimension: int) -> list[list[float]]:
     """The directions of axes by their letters, of a vector, or of rows."""
+    if monotone is None:
+        return []
     if isinstance(monotone, str):
         if not monotone or not set(monotone) <= set("xyz"):
             raise ValueError(f"monotone is {monotone!r}; axes are 'x', 'y', 'z' or some of them, such as 'xy'")
         return [[float(axis == other) for other in "xyz"] for axis in monotone]
-    rows = [] if monotone is None else np.atleast_2d(np.asarray(monotone, dtype=float))
-    return [_vector(row, dimension, "monotone") for row in rows]
+    return [_vector(row, dimension, "monotone") for row in np.atleast_2d(np.asarray(monotone, dtype=float))]
 
 
 def _vector(vector: Any, dimension: int, name: str) -> list[float]:
