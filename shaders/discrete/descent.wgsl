@@ -1,8 +1,9 @@
-// Curves on their way down an energy: a tick is one energy and gradient and, where the trial is
-// accepted, one Sobolev gradient and a new direction; with NEWTON one direction, and the trial along it. Many ticks a dispatch; everything that a
-// curve needs to go on is in storage, so that a descent is the same whatever its ticks are divided
-// into. A thread has a curve for itself (descent/alone.wgsl) or, with LANES, so many share one
-// (descent/lanes.wgsl). Twin: src/discrete/descent.rs, which says why.
+// Curves on their way down an energy. A tick is one energy and gradient. If the trial is accepted, a
+// Sobolev gradient and a new direction follow. With NEWTON a tick is one direction and the trial along
+// it. A dispatch has many ticks. Everything that a curve needs to go on is in storage, so that a descent
+// is the same whatever its ticks are divided into. A thread has a curve for itself (descent/alone.wgsl),
+// or with LANES several threads share one (descent/lanes.wgsl). Twin: src/discrete/descent.rs, which
+// says why.
 //
 // Curves of $SIDE threads stand side by side in `fixed`, `displacements` and `work`: number c of
 // row v in a section of width w is (v w + c) $SIDE words from the section's first, the curve's
@@ -168,7 +169,8 @@ fn relative_change(curve: Curve, j: u32, change: vector) -> real {
     return dot(change, change) * inverse * inverse;
 }
 
-// Whether so many steps one after the other led nowhere, after one more with this norm before or behind it.
+// Counts the steps in a row without progress. Returns whether there are more than `patience`. `norm` is the
+// gradient's, before the last step (Newton) or after it.
 fn falls_short(lane: ptr<function, Lane>, norm: real, patience: u32) -> bool {
     if (norm < PROGRESS * (*lane).best || (*lane).energy < (*lane).energy_then) {
         (*lane).best = min(norm, (*lane).best);

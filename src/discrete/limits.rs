@@ -172,11 +172,13 @@ impl Limits {
 
     /// The first point of curve `i` at which its limits are none or cannot be kept, with what is wrong.
     ///
-    /// `pinned` are the vertices that the curve goes through, each with the number of the point at or before it.
+    /// `rows` are the vertices of the data points. `pinned` are the vertices that the curve goes through, each with the
+    /// number of the point at or before it.
     pub(super) fn problem<const D: usize>(
         &self,
         batch: &CurveBatch,
         i: usize,
+        rows: &[u32],
         pinned: &[(usize, Vector<f64, D>)],
     ) -> Option<(usize, String)> {
         let constraints = batch.constraints();
@@ -195,7 +197,7 @@ impl Limits {
                 ));
             }
         }
-        if let Some(point) = self.turning_back(batch.points(i).as_chunks::<D>().0, batch.is_closed(i), pinned) {
+        if let Some(point) = self.turning_back(batch.points(i).as_chunks::<D>().0, rows, pinned) {
             let what =
                 "its points turn back here along all directions of monotone, which no smooth curve does: leave one out";
             return Some((point, what.into()));

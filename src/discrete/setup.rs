@@ -255,7 +255,7 @@ fn ready<const D: usize>(
     let pinned = increasing((0..points.len()).filter(is_pinned).map(|k| data[k]).chain(fixed()).collect());
     let point_of = |row: u32| rows[..points.len()].partition_point(|&own| own <= row).saturating_sub(1);
     let through: Vec<_> = pinned.iter().map(|&row| (point_of(row), vertices[row as usize])).collect();
-    if let Some((point, what)) = fair.limits.problem::<D>(batch, i, &through) {
+    if let Some((point, what)) = fair.limits.problem::<D>(batch, i, &rows, &through) {
         return refuse(point, CurveStatus::Invalid, &what);
     }
     let mut targets: Vec<Attached<D>> = Vec::new();

@@ -1,5 +1,5 @@
-// Ahead: a fence of a = n·T, the way that an edge goes along a direction. Twin: src/discrete/energy/ahead.rs. Kernels may hold
-// several, each with a direction of its own: hence $NAME.
+// Ahead: a fence of a = n·T, the way that an edge goes along a direction. Twin: src/discrete/energy/ahead.rs.
+// A kernel may hold several of these terms. Each has its direction and its $NAME.
 //:once include discrete/energy/fence.wgsl
 
 // a and its partial derivatives.

@@ -3,7 +3,7 @@
 use super::{Limits, of_spans};
 use crate::batch::CurveBatch;
 use crate::discrete::energy::FENCE_KINDS;
-use crate::linalg::scalar::{Vector, dot, scale, subtract};
+use crate::linalg::scalar::{Vector, dot, subtract};
 use crate::sides::{self, STRAIGHT, agreed};
 
 /// A span that has edges: those from a row to another, the second not below the first.
@@ -49,7 +49,7 @@ impl Limits {
         let asked = sides::of_spans(&distinct, closed);
         let is_straight = |(k, span): (usize, Span)| {
             let chord = subtract(points[span.next], points[span.point]);
-            let is_level = self.monotone.iter().any(|direction| way(chord, *direction) == 0.0);
+            let is_level = self.monotone.iter().any(|direction| sign_along(chord, *direction) == 0.0);
             (shape && asked[k].straight || is_level).then_some(span)
         };
         spans.into_iter().enumerate().filter_map(is_straight).collect()
@@ -62,30 +62,24 @@ impl Limits {
     pub(super) fn turning_back<const D: usize>(
         &self,
         points: &[Vector<f64, D>],
-        closed: bool,
+        rows: &[u32],
         pinned: &[(usize, Vector<f64, D>)],
     ) -> Option<usize> {
-        let count = points.len();
-        // The chord to the next other point, or from the one before.
-        let chord = |k: usize, sign: f64| {
-            let most = match (closed, sign > 0.0) {
-                (true, _) => count,
-                (false, true) => count - 1 - k,
-                (false, false) => k,
+        let spans = spans(rows, points.len());
+        let polygon = Polygon { spans: &spans, points, closed: rows.len() > points.len(), vertices: 0, size: 1.0 };
+        for (k, span) in spans.iter().enumerate() {
+            let Some(before) = polygon.before(k) else { continue };
+            let chords = [polygon.chord(&spans[before]), polygon.chord(span)];
+            let turns = |direction: &&[f64; 3]| {
+                let product: f64 = chords.iter().map(|chord| sign_along(*chord, **direction)).product();
+                product < 0.0 || D == 2 && product == 0.0
             };
-            let at = |j: usize| if sign > 0.0 { (k + j) % count } else { (k + count - j) % count };
-            let chords = (1..=most).map(|j| scale(sign, subtract(points[at(j)], points[k])));
-            chords.into_iter().find(|chord| length(*chord) > 0.0)
-        };
-        let turns_back = |k: usize| {
-            let [Some(before), Some(after)] = [chord(k, -1.0), chord(k, 1.0)] else { return false };
-            let turned = self.monotone.iter().filter(|direction| {
-                let [a, b] = [before, after].map(|chord| way(chord, **direction));
-                if D == 2 { a * b <= 0.0 } else { a * b < 0.0 }
-            });
-            turned.count() == D
-        };
-        pinned.iter().map(|(k, _)| *k).find(|&k| turns_back(k))
+            let is_pinned = pinned.iter().any(|(point, _)| *point == span.point);
+            if is_pinned && self.monotone.iter().filter(turns).count() == D {
+                return Some(span.point);
+            }
+        }
+        None
     }
 }
 
@@ -182,9 +176,9 @@ impl<const D: usize> Polygon<'_, D> {
         let mut slopes = vec![0.0; self.vertices];
         for span in self.spans {
             let chord = self.chord(span);
-            let way = way(chord, direction);
+            let sign = sign_along(chord, direction);
             for row in span.rows[0] + 1..=span.rows[1] {
-                slopes[row % self.vertices] = -way;
+                slopes[row % self.vertices] = -sign;
             }
         }
         slopes
@@ -224,7 +218,7 @@ impl<const D: usize> Polygon<'_, D> {
 }
 
 /// 1 for a chord along a direction, −1 for one against it, 0 for one across it.
-fn way<const D: usize>(chord: Vector<f64, D>, direction: [f64; 3]) -> f64 {
+fn sign_along<const D: usize>(chord: Vector<f64, D>, direction: [f64; 3]) -> f64 {
     let along: f64 = chord.iter().zip(direction).map(|(x, n)| x * n).sum();
     if along.abs() < STRAIGHT * length(chord) * dot(direction, direction).sqrt() { 0.0 } else { along.signum() }
 }
