@@ -1,8 +1,7 @@
-//! What rough points come to, under each energy and each limit: how many curves can be used, how many have loops, their
-//! iterations and the time of the fit; the same energies in single precision on the first GPU, where there is one. Prints
-//! Markdown tables.
+//! Fits curves through rough points under each energy and each limit, on the CPU, and in single precision on the first
+//! GPU, if there is one. Prints Markdown tables of statuses, loops, iterations and times.
 //!
-//! usage: `rough_table [CURVES]`: so many random curves a cell, 1000 if not said
+//! usage: `rough_table [CURVES]`: random curves per cell, 1000 by default
 
 #[path = "../../tests/common/rough.rs"]
 mod rough;
@@ -18,7 +17,7 @@ const SEED: u64 = 4;
 /// Curves of energies over three edges take longer: a fifth of them serves.
 const FEWER: usize = 5;
 
-/// The fit, and its microseconds a curve: the better of two.
+/// The fit, and its microseconds per curve in the faster of two runs.
 fn fitted(fair: &Fair, batch: &CurveBatch, device: &Device) -> Result<(Fit, f64)> {
     let timed = || -> Result<(Fit, f64)> {
         let start = Instant::now();
@@ -33,7 +32,7 @@ fn fair(energy: Energy) -> Fair {
     Fair { energy, segments: Segments::PerSpan(16), max_iterations: 500, ..Fair::default() }
 }
 
-/// Median and 95 % of the iterations of what converged.
+/// The median and the 95th percentile of the iterations of converged curves.
 fn iterations(fit: &Fit) -> String {
     let converged = fit.reports().iter().filter(|report| report.status == CurveStatus::Converged);
     let mut all: Vec<u32> = converged.map(|report| report.iterations).collect();
@@ -46,10 +45,10 @@ fn count(fit: &Fit, status: CurveStatus) -> usize {
     fit.reports().iter().filter(|report| report.status == status).count()
 }
 
-/// The name of a row, and its cell of a family.
+/// The name of a row, and the function that computes its cells.
 type Row<'a> = (&'a str, &'a dyn Fn(Family) -> Result<String>);
 
-/// Prints a table whose cells are of a family each.
+/// Prints a table with a column per family.
 fn table(title: &str, families: &[Family], rows: &[Row<'_>]) -> Result<()> {
     println!("\n{title}\n");
     println!("| | {} |", families.iter().map(ToString::to_string).collect::<Vec<_>>().join(" | "));
@@ -61,7 +60,7 @@ fn table(title: &str, families: &[Family], rows: &[Row<'_>]) -> Result<()> {
     Ok(())
 }
 
-/// Usable curves, those of them with loops, iterations and time.
+/// A cell: the number of usable curves, of curves with loops, the iterations and the time.
 fn by_energy(energy: &Energy, family: Family, curves: usize, device: &Device) -> Result<String> {
     let curves = if energy.order() > 2 { curves.div_ceil(FEWER) } else { curves };
     let (fit, time) = fitted(&fair(energy.clone()), &family.batch(curves, SEED), device)?;
@@ -69,9 +68,9 @@ fn by_energy(energy: &Energy, family: Family, curves: usize, device: &Device) ->
     Ok(format!("{} of {curves}, {loops} with loops; {}; {time:.0} µs", fit.usable(), iterations(&fit)))
 }
 
-/// Kept/infeasible/neither, iterations and time, under bending + 0.1 length.
+/// A cell under bending + 0.1 length: kept/infeasible/neither, iterations and time.
 ///
-/// The bound of a curve is so many times its own largest curvature without limits, of all its spans.
+/// `part` bounds the curvature of each curve, as a fraction of its largest curvature without limits.
 fn by_limit(part: Option<f64>, shape: bool, family: Family, curves: usize) -> Result<String> {
     let (energy, batch) = (bending(2.0) + 0.1 * length(), family.batch(curves, SEED));
     let free = fair(energy.clone()).fit(&batch, &Device::cpu())?;
@@ -96,14 +95,14 @@ fn main() -> Result<()> {
         ("variation + 0.1 length", variation() + 0.1 * length()),
     ];
     let gpu = Device::gpu(0).ok().map(|device| device.with_precision(Precision::F32));
-    let devices = [("f64, CPU", Some(Device::cpu())), ("f32, GPU", gpu)];
-    for (name, device) in devices.into_iter().filter_map(|(name, device)| Some((name, device?))) {
+    // Energies of order 3 are not descended in f32.
+    let devices = [("f64, CPU", Some(Device::cpu()), 3), ("f32, GPU", gpu, 2)];
+    for (name, device, order) in devices {
+        let Some(device) = device else { continue };
         let cells = energies.each_ref().map(|(_, energy)| {
             let device = &device;
             move |family: Family| by_energy(energy, family, curves, device)
         });
-        // Energies of order 3 are not descended in f32.
-        let order = if name.starts_with("f32") { 2 } else { 3 };
         let rows = energies.iter().zip(&cells).filter(|((_, energy), _)| energy.order() <= order);
         let rows: Vec<Row<'_>> =
             rows.map(|((word, _), cell)| (*word, cell as &dyn Fn(Family) -> Result<String>)).collect();
