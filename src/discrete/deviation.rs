@@ -48,8 +48,7 @@ pub(super) fn fit<const D: usize>(
     for (i, ready) in set_up_from::<D>(&held, batch, pieces.kept, &|i| near.curve(i))?.into_iter().enumerate() {
         match ready {
             Ok(mut ready) => {
-                let asked = [allowed[i], near.halvings(i)];
-                let discs = Discs::around(&mut ready, &held, asked, in_f32, batch, i);
+                let discs = Discs::around(&mut ready, &held, [allowed[i], near.allowed(i)], in_f32, batch, i);
                 running.push((discs, Ok(ready)));
                 found.push(None);
             }

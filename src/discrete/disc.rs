@@ -110,16 +110,15 @@ pub(super) struct Discs<const D: usize> {
 impl<const D: usize> Discs<D> {
     /// The discs of curve `i`, which is made ready for the first round.
     ///
-    /// `asked` is the deviation, and `halvings` how many times it is halved for a curve that might vanish within it.
+    /// `asked` is the deviation, and `allowed` what the curve may use of it without vanishing.
     pub fn around(
         ready: &mut Ready<D>,
         held: &Fair,
-        [asked, halvings]: [f64; 2],
+        [asked, allowed]: [f64; 2],
         in_f32: bool,
         batch: &CurveBatch,
         i: usize,
     ) -> Self {
-        let allowed = asked * (-halvings).exp2();
         let margin = MARGIN.max(ROUNDING[usize::from(in_f32)] * ready.size / allowed);
         if margin > MOST_MARGIN
             && let Some(through) = through_its_points(held, batch, i)

@@ -164,6 +164,19 @@ fn the_energy_falls_as_the_deviation_grows() {
 }
 
 #[test]
+fn a_deviation_that_a_curve_might_vanish_in_costs_no_energy() {
+    let batch = io::read("tests/data/clover.csv").unwrap().closed(true);
+    let within = |allowed: f64| Fair { deviation: Some(allowed.into()), ..Fair::default() };
+    let energies = [0.7, 1.0, 1.5, 3.0, 5.0].map(|allowed| {
+        let report = fit(&within(allowed), &batch).reports()[0].clone();
+        assert_eq!(report.status, CurveStatus::Converged, "{allowed}: {report:?}");
+        report.energy
+    });
+    println!("{energies:?}");
+    assert!(energies.is_sorted_by(|before, after| after <= before), "{energies:?}");
+}
+
+#[test]
 fn no_curve_of_one_attachment_weight_that_keeps_the_deviation_is_fairer() {
     let points = noisy::<2>(9, 0.1, 3);
     for (energy, closed) in [(energy(), false), (energy(), true), (variation() + length(), false)] {
