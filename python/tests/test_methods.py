@@ -167,7 +167,9 @@ def test_fair_curves_keep_a_largest_curvature_and_the_shape_of_their_points():
     assert single.report()["cost"][0] <= report["cost"][0]
     kept = fc.Fair({"bending": 1, "length": 0.5}, preserve_shape=True).fit([points])
     assert abs(kept.report()["energy"][0] / 4.309049964273713 - 1) < 1e-6
-    tight = fc.Fair(max_curvature=0.1).fit([points])
+    wide = fc.Fair(max_curvature=0.1).fit([points])
+    assert wide.status.tolist() == ["converged"] and wide.report()["loops"][0] > 2
+    tight = fc.Fair(max_curvature=0.1, max_stretch=2.0).fit([points])
     assert tight.status.tolist() == ["infeasible"]
     with pytest.raises(ValueError, match="the largest curvature is -1"):
         fc.Fair(max_curvature=-1.0).fit([points])

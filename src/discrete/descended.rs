@@ -1,14 +1,20 @@
 //! [`Descended`]: curves that have been descended from the best of their starts.
 //!
 //! A descent ends at the minimum below its start. From other [`starts`](super::starts) it may find other minima, of
-//! which the cheapest is kept. Curves that cross themselves where their points do not are drawn anew.
+//! which the cheapest is kept that keeps its limits. Curves that cross themselves where their points do not are drawn anew.
 
+use super::apart::Partings;
 use super::curves::{FairCurves, Vertices};
+use super::energy::length;
 use super::fair::{Fair, Segments};
+use super::fenced::{self, Start};
+use super::kept::Kept;
 use super::lane::Standing;
+use super::limits::Limits;
 use super::problem::Outcome;
 use super::setup::{Ready, set_up_on, set_up_pieces};
 use super::starts::set_up_at;
+use super::tally::Tally;
 use super::untangle::{Untangled, message, untangle};
 use crate::Unfitted;
 use crate::batch::CurveBatch;
@@ -17,6 +23,7 @@ use crate::device::{Device, DeviceReport};
 use crate::error::{Result, thousands};
 use crate::parallel;
 use crate::report::{CurveReport, CurveSet};
+use crate::status::CurveStatus;
 
 /// Starts at most. What a thousand do not find, more will not.
 pub(super) const MOST: u32 = 1_000;
@@ -59,6 +66,10 @@ pub(super) struct Descended<const D: usize> {
     pub remedies: Vec<&'static str>,
     /// The part of the energy that further starts have saved, for each; empty without further starts.
     pub gains: Vec<f64>,
+    /// How each keeps its limits; empty without limits.
+    pub kept: Vec<Option<Kept>>,
+    /// Where each ended without limits; empty where neighbours may cross.
+    pub free: Vec<Outcome<D>>,
     pub device: DeviceReport,
 }
 
@@ -72,8 +83,18 @@ impl<const D: usize> Descended<D> {
     ) -> Result<Self> {
         let (mut outcomes, did) = fair.descend(&mut ready, device, &|k, _| ended(k))?;
         let untangled = untangle(fair, &mut ready, &mut outcomes, device)?;
+        Ok(Self::at(ready, outcomes, untangled, did))
+    }
+
+    /// Curves where they stand.
+    fn at(
+        ready: Vec<Result<Ready<D>, Unfitted>>,
+        outcomes: Vec<Outcome<D>>,
+        untangled: Untangled,
+        device: DeviceReport,
+    ) -> Self {
         let remedies = vec![""; outcomes.len()];
-        Ok(Descended { ready, outcomes, untangled, remedies, gains: Vec::new(), device: did })
+        Descended { ready, outcomes, untangled, remedies, gains: vec![], kept: vec![], free: vec![], device }
     }
 
     /// Draws curves anew that cross where their points do not, in the ways of [`REMEDIES`], until they do not.
@@ -157,7 +178,7 @@ impl<const D: usize> Descended<D> {
         if ready.iter().all(Result::is_err) {
             return Ok(());
         }
-        let found = Self::best(&coarse, &left.batch, &left.kept, ready, device, &|_| {})?;
+        let found = Self::first(&coarse, &left.batch, &left.kept, ready, device, &|_| {})?;
         let mut outcomes = found.outcomes.iter();
         let vertices = found.ready.iter().map(|ready| {
             let (ready, outcome) = (ready.as_ref().map_err(|_| vec![])?, outcomes.next().expect("one a ready curve"));
@@ -208,9 +229,28 @@ impl<const D: usize> Descended<D> {
         Ok(())
     }
 
-    /// Descends curves from the spline and from `fair.starts` − 1 other starts.
+    /// Descends curves from the spline.
+    fn first(
+        fair: &Fair,
+        batch: &CurveBatch,
+        kept: &[[bool; 2]],
+        ready: Vec<Result<Ready<D>, Unfitted>>,
+        device: &Device,
+        ended: &(dyn Fn(usize) + Sync),
+    ) -> Result<Self> {
+        let mut first = Self::new(fair, ready, device, ended)?;
+        let curves = first.curves();
+        first.redraw(fair, batch, kept, &curves, device)?;
+        if fair.energy.order() > 2 && fair.surface.is_none() {
+            first.refine(fair, batch, kept, &curves, device)?;
+        }
+        Ok(first)
+    }
+
+    /// Descends curves from the spline and from `fair.starts` − 1 other starts, each within its limits.
     ///
-    /// `ended` is called for every curve that is ready, by its number among those.
+    /// `ended` is called for every curve that is ready, by its number among those, when it has descended without limits
+    /// from its last start.
     pub fn best(
         fair: &Fair,
         batch: &CurveBatch,
@@ -220,50 +260,134 @@ impl<const D: usize> Descended<D> {
         ended: &(dyn Fn(usize) + Sync),
     ) -> Result<Self> {
         let curves: Vec<usize> = (0..ready.len()).filter(|&i| ready[i].is_ok()).collect();
+        let number = |i: usize| curves.binary_search(&i).expect("it is ready");
         let at_last = |start: u32, k: usize| {
             if start + 1 == fair.starts {
                 ended(k);
             }
         };
-        let mut best = Self::new(fair, ready, device, &|k| at_last(0, k))?;
-        best.redraw(fair, batch, kept, &curves, device)?;
-        if fair.energy.order() > 2 && fair.surface.is_none() {
-            best.refine(fair, batch, kept, &curves, device)?;
-        }
+        let mut best = Self::first(fair, batch, kept, ready, device, &|k| at_last(0, k))?;
+        best.keep_limits(fair, batch, Start::Free, device)?;
+        best.start_from_shortest(fair, batch, kept, device)?;
         if fair.starts > 1 {
             best.gains = vec![0.0; curves.len()];
         }
         for start in 1..fair.starts {
-            let ready = parallel::map(curves.len(), 16, |k| set_up_at::<D>(fair, batch, curves[k], kept, start));
-            let able: Vec<usize> = (0..curves.len()).filter(|&k| ready[k].is_ok()).collect();
-            let unable = (0..curves.len()).filter(|k| able.binary_search(k).is_err());
-            unable.for_each(|k| at_last(start, k));
-            best.take_cheaper(&curves, &able, Self::new(fair, ready, device, &|k| at_last(start, able[k]))?);
+            let ready = parallel::map(batch.len(), 16, |i| match &best.ready[i] {
+                Ok(_) => set_up_at::<D>(fair, batch, i, kept, start),
+                Err(problem) => Err(problem.clone()),
+            });
+            let (able, unable): (Vec<usize>, Vec<usize>) = curves.iter().partition(|&&i| ready[i].is_ok());
+            unable.into_iter().for_each(|i| at_last(start, number(i)));
+            let mut other = Self::new(fair, ready, device, &|k| at_last(start, number(able[k])))?;
+            other.keep_limits(fair, batch, Start::Free, device)?;
+            best.take_better(other);
         }
         Ok(best)
     }
 
-    /// Replaces what another descent has found cheaper.
+    /// The curves that are ready.
+    fn curves(&self) -> Vec<usize> {
+        (0..self.ready.len()).filter(|&i| self.ready[i].is_ok()).collect()
+    }
+
+    /// Goes on until every curve keeps its limits, if it has any.
+    fn keep_limits(&mut self, fair: &Fair, batch: &CurveBatch, start: Start, device: &Device) -> Result<()> {
+        if fair.limits.no_crossing {
+            self.free = self.outcomes.clone();
+        }
+        if !fair.limits.asks_nothing_alone(batch) {
+            let all = (0..self.outcomes.len()).collect();
+            self.kept = fenced::keep(fair, batch, self, all, &Partings::default(), start, device)?;
+        }
+        Ok(())
+    }
+
+    /// Whether curve k of those that are ready has a minimum that keeps its limits.
+    fn is_good(&self, k: usize) -> bool {
+        let kept = self.kept.get(k).and_then(Option::as_ref);
+        self.outcomes[k].standing == Standing::Converged && kept.is_none_or(Kept::is_kept)
+    }
+
+    /// Starts what does not keep its limits again, from the shortest curve of bounded curvature.
     ///
-    /// Its curves are these of the numbers `curves`, of which it was able to descend `able`.
-    fn take_cheaper(&mut self, curves: &[usize], able: &[usize], other: Self) {
-        let others = other.outcomes.into_iter().zip(other.untangled.tauter);
-        for ((&k, ready), (outcome, tauter)) in able.iter().zip(other.ready.into_iter().flatten()).zip(others) {
-            let own = self.ready[curves[k]].as_mut().expect("only what was ready has other starts");
+    /// It keeps a largest curvature wherever the points are, and perhaps the other limits.
+    fn start_from_shortest(
+        &mut self,
+        fair: &Fair,
+        batch: &CurveBatch,
+        kept: &[[bool; 2]],
+        device: &Device,
+    ) -> Result<()> {
+        let curves = self.curves();
+        let is_left = |&k: &usize| fair.limits.bounds_curvature(batch, curves[k]) && !self.is_good(k);
+        let left: Vec<usize> = (0..curves.len()).filter(is_left).map(|k| curves[k]).collect();
+        if left.is_empty() || D != 2 || fair.surface.is_some() {
+            return Ok(());
+        }
+        let limits = Limits { curvature: fair.limits.curvature, ..Limits::default() };
+        let shortest = Fair { energy: length(), limits, ..fair.clone() };
+        let kept_of = |i: usize| kept.get(i).copied().unwrap_or_default();
+        let some = batch.select(&left);
+        let some_kept: Vec<[bool; 2]> = left.iter().map(|&i| kept_of(i)).collect();
+        let found = shortest.fit_shortest::<D>(&some, &some_kept, device, &Tally::none())?;
+        let found = FairCurves::new(&some, found.curves, Default::default());
+        let ready = parallel::map(batch.len(), 16, |i| {
+            let at = left.binary_search(&i).ok().filter(|&at| found.vertices(at).is_some());
+            match at {
+                Some(at) => set_up_on(fair, batch, i, kept_of(i), &*found.curve(at)),
+                None => Err(Unfitted { status: CurveStatus::Invalid, message: String::new() }),
+            }
+        });
+        // Without limits a descent would leave them.
+        let stays = |ready: &Ready<D>| Outcome::moved(vec![[0.0; D]; ready.vertices.len()]);
+        let outcomes: Vec<Outcome<D>> = ready.iter().flatten().map(stays).collect();
+        let untangled = Untangled { tauter: vec![vec![]; outcomes.len()], left: vec![] };
+        let mut other = Self::at(ready, outcomes, untangled, self.device.clone());
+        other.keep_limits(fair, batch, Start::WithinLimits, device)?;
+        let on_cpu = other.device.finished_on_cpu > 0;
+        self.take_better(other);
+        if on_cpu {
+            self.device.finished_on_cpu = self.outcomes.iter().filter(|outcome| outcome.on_cpu).count();
+        }
+        Ok(())
+    }
+
+    /// Replaces what another descent of some of these curves has found better: what keeps its limits where it did not,
+    /// or is cheaper.
+    fn take_better(&mut self, other: Self) {
+        let curves = self.curves();
+        let good: Vec<bool> = (0..other.outcomes.len()).map(|k| other.is_good(k)).collect();
+        let others = other.ready.into_iter().enumerate().filter_map(|(i, ready)| Some((i, ready.ok()?)));
+        let (mut kept, mut free) = (other.kept.into_iter(), other.free.into_iter());
+        let outcomes = other.outcomes.into_iter().zip(other.untangled.tauter).zip(good);
+        for ((i, ready), ((outcome, tauter), is_good)) in others.zip(outcomes) {
+            let k = curves.binary_search(&i).expect("only what was ready has other starts");
+            let (mut kept, free) = (kept.next().flatten(), free.next());
+            let was_good = self.is_good(k);
+            let own = self.ready[i].as_mut().expect("it was ready");
             let iterations = self.outcomes[k].iterations + outcome.iterations;
             let [before, after] = [self.outcomes[k].energy * own.energy_unit, outcome.energy * ready.energy_unit];
-            let converged = [&self.outcomes[k], &outcome].map(|outcome| outcome.standing == Standing::Converged);
-            let is_cheaper = match converged {
+            let is_better = match [was_good, is_good] {
                 [true, true] => {
                     after < (1.0 - LOWER) * before
                         && (D > 2 || ready.tangled(&outcome).len() <= own.tangled(&self.outcomes[k]).len())
                 }
                 [first, second] => second && !first,
             };
-            if is_cheaper {
-                self.gains[k] = if converged[0] { 1.0 - after / before * (1.0 - self.gains[k]) } else { 0.0 };
+            if is_better {
+                if let Some(gain) = self.gains.get_mut(k) {
+                    *gain = if was_good { 1.0 - after / before * (1.0 - *gain) } else { 0.0 };
+                }
+                if let (Some(Some(first)), Some(kept)) = (self.kept.get(k), &mut kept)
+                    && kept.report.cost.is_nan()
+                {
+                    kept.report.cost = after / before * (1.0 + first.report.cost) - 1.0;
+                }
                 *own = ready;
                 (self.outcomes[k], self.untangled.tauter[k], self.remedies[k]) = (outcome, tauter, "");
+                self.kept.get_mut(k).into_iter().for_each(|own| *own = kept.take());
+                self.free.get_mut(k).into_iter().zip(free).for_each(|(own, free)| *own = free);
             }
             self.outcomes[k].iterations = iterations;
         }

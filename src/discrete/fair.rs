@@ -155,7 +155,8 @@ pub struct Fair {
     ///
     /// The descent starts from the smoothing spline that keeps the deviation, or, where tangents are given, from the
     /// natural spline. A ring could vanish within a D of half its width (area over length), an open curve within a
-    /// quarter of its diagonal: D is then halved until they cannot, and the message says to what.
+    /// quarter of its diagonal. Such a curve stays within 0.47 of that width or a quarter of that diagonal, however
+    /// large D is, and its message says so.
     ///
     /// Planar curves with tautness that cross themselves where their points do not are drawn tauter there, as without a
     /// deviation. The reported energy is without what holds the curve. Iterations are those of all rounds.
@@ -194,6 +195,9 @@ pub struct Fair {
     /// equal lengths in every span. Between two given directions none is shorter. Through 24 lists of 5 points, close ones too,
     /// none of 1,440 directions a point was. Such a path always exists, if need be with loops: where it is longer than the
     /// largest stretch allows, `infeasible` is certain. Other limits ask for an energy with bending or variation.
+    ///
+    /// Where no curve is found that keeps a largest curvature, planar curves of other energies start again from that path.
+    /// What then becomes more than 1.5 times as long as the path, or crosses itself, is `infeasible`.
     ///
     /// Source: R. T. Rockafellar, *The multiplier method of Hestenes and Powell applied to convex programming* (1973).
     /// Shapes of discrete fair curves were first kept by R. J. Renka, *Shape-preserving interpolation by fair discrete G³
@@ -268,7 +272,7 @@ pub struct Fair {
     ///
     /// 500 by default.
     pub max_iterations: u32,
-    /// How many descents a curve makes, of which the cheapest is kept.
+    /// How many descents a curve makes, of which the cheapest is kept that keeps its limits.
     ///
     /// 1 by default. The first starts from the spline, the second from circles through neighbouring points, the third
     /// from the polygon rounded, and the others from long tangents at random. A curve that crosses

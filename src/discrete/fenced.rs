@@ -39,8 +39,8 @@ const MOST_ROUNDS: u32 = 40;
 /// The most iterations of a round but for the last.
 const ROUND_ITERATIONS: u32 = 25;
 
-/// A curve without given tangents and regions that is this many times as long as without limits keeps them by loops. So
-/// does a planar one that crosses itself as it did not without.
+/// A curve without given tangents and regions that is this many times as long as where it started keeps its limits by
+/// loops. So does a planar one that crosses itself as it did not there.
 ///
 /// At 0.9 of their largest curvature 99 of 100 rough planar curves are 1.05 times as long at most. Longer ones bulge, the
 /// longer the rounder, without a gap between bulges and loops: the number is a choice.
@@ -52,6 +52,15 @@ const LOOPS: f64 = 1.5;
 /// Between soft fences a curve passes over the low barrier that is between its own turn and a loop. Of 30 curves that did
 /// so, where an interior-point method finds one near, 28 keep their limits with the second.
 const FIRSTS: [f64; 2] = [FIRST, 1e3];
+
+/// Where curves come from that are to keep their limits.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Start {
+    /// A descent without limits.
+    Free,
+    /// Curves that keep them, from which soft fences would let them go. The stiffer [`FIRSTS`] is the first.
+    WithinLimits,
+}
 
 /// The tolerance of the first round, and the largest of all.
 const ROUGHLY: f64 = 1e-2;
@@ -278,6 +287,7 @@ pub(super) fn keep<const D: usize>(
     found: &mut Descended<D>,
     mut left: Vec<usize>,
     partings: &Partings,
+    start: Start,
     device: &Device,
 ) -> Result<Vec<Option<Kept>>> {
     let all = Running { fair, batch, device };
@@ -286,7 +296,11 @@ pub(super) fn keep<const D: usize>(
     // What came of the first go of curves that go once more.
     let mut before: BTreeMap<usize, (Outcome<D>, Kept)> = BTreeMap::new();
     let mut on_cpu = false;
-    for first in FIRSTS {
+    let mut firsts = FIRSTS;
+    if start == Start::WithinLimits {
+        firsts.reverse();
+    }
+    for first in firsts {
         let mut running: Vec<Fenced<D>> = Vec::new();
         for k in std::mem::take(&mut left) {
             let (i, outcome) = (numbers[k], &mut found.outcomes[k]);

@@ -66,6 +66,11 @@ impl Kept {
         Kept { report, point, broken, remedy, ending }
     }
 
+    /// Whether it keeps all of them.
+    pub fn is_kept(&self) -> bool {
+        self.ending == Ending::Kept
+    }
+
     /// Writes into the report of a curve within a deviation how it keeps its limits.
     pub fn judge_within(&self, report: &mut CurveReport, batch: &CurveBatch, i: usize, allowed: f64) {
         // Curves left as their spline have no gradient.

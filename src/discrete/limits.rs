@@ -108,6 +108,13 @@ impl Limits {
         self.corridor.is_some() || !self.regions.is_empty() || batch.constraints().corridors.is_some()
     }
 
+    /// Whether there is a largest curvature somewhere on curve `i`.
+    pub(super) fn bounds_curvature(&self, batch: &CurveBatch, i: usize) -> bool {
+        let rows = batch.offsets()[i]..batch.offsets()[i + 1];
+        let bounds = batch.constraints().largest_curvatures.as_ref();
+        self.curvature.is_some() || bounds.is_some_and(|all| all[rows].iter().any(|bound| !bound.is_nan()))
+    }
+
     /// Whether there is no limit besides those of curvature and of the whole length.
     pub(super) fn bounds_curvature_alone(&self, batch: &CurveBatch) -> bool {
         !self.shape && self.monotone.is_empty() && !self.no_crossing && !self.has_places(batch)

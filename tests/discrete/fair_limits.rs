@@ -159,6 +159,30 @@ fn curves_near_which_others_find_one_that_keeps_its_limits_are_not_called_infeas
 }
 
 #[test]
+fn a_radius_that_the_shortest_curve_keeps_is_kept() {
+    // Its length is 6.5976, and its energy at most (0.8² + 0.5) times that.
+    let tight = [[0.0, 0.44], [1.12, -1.65], [2.09, -0.06]];
+    let energy = bending(2.0) + 0.5 * length();
+    let fair = limited(energy.clone(), Some(0.8), false);
+    let (found, report) = fitted::<2>(&fair, &one(&tight, false), SEGMENTS);
+    assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
+    let largest = curvatures(&found, false).into_iter().map(norm).fold(0.0, f64::max);
+    assert!(largest <= 0.8 * (1.0 + 1e-9) && report.energy <= 1.14 * 6.5976, "{largest} {report:?}");
+    let cost = report.limits.unwrap().cost;
+    let free = fit(&limited(energy.clone(), None, false), &one(&tight, false)).reports()[0].energy;
+    assert!((cost - (report.energy / free - 1.0)).abs() < 1e-6, "{cost} {free}");
+    // What is left turns by loops that cross, or is more than 1.5 times as long as its shortest curve.
+    for (closed, most) in [(false, 16), (true, 30)] {
+        let batch = Family { dimension: 2, closed, points: 5, sigma: 0.6 }.batch(60, 17);
+        let found = fit(&limited(energy.clone(), Some(0.9), false), &batch);
+        let of = |status| found.reports().iter().filter(|report| report.status == status).count();
+        let (met, infeasible) = (of(CurveStatus::Converged), of(CurveStatus::Infeasible));
+        println!("closed {closed}: {met} met, {infeasible} infeasible");
+        assert!(met + infeasible == 60 && infeasible <= most, "{met} met, {infeasible} infeasible");
+    }
+}
+
+#[test]
 fn convex_points_have_a_convex_curve() {
     let points = [[-0.3, 1.2], [0.0, 0.0], [1.5, 0.0], [3.0, 0.15], [3.2, 1.4]];
     let [free, kept] = [false, true].map(|shape| {

@@ -1,6 +1,6 @@
 //! Further starts find cheaper minima, and never dearer ones.
 
-use faircurve::discrete::{Fair, Pins, attachment, bending, length, variation};
+use faircurve::discrete::{Fair, Limits, Pins, attachment, bending, length, variation};
 use faircurve::{Constraints, CurveBatch, CurveStatus, Deviation, Device, Fit, Sampling};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -148,4 +148,32 @@ fn notes_count_what_was_found_and_what_makes_no_sense_is_refused() {
         refused(Fair { deviation: Some(Deviation::OfSize(0.02)), ..searched(3) }),
         "3 starts and a deviation of 2%: a curve near its points starts from its smoothing spline alone; leave one of both out"
     );
+}
+
+#[test]
+fn further_starts_never_break_limits_or_cost_energy() {
+    let rising = Limits { monotone: vec![[0.0, 1.0, 0.0]], ..Limits::default() };
+    let wide = Limits { curvature: Some(1.0), ..Limits::default() };
+    let one = [[0.0, 0.2], [1.2, 1.1], [2.4, -1.3], [3.6, -0.3]];
+    let other = [[0.0, 1.0], [0.7, -0.2], [2.3, 1.6], [3.5, 0.2]];
+    let given = CurveBatch::from_slices(&[&one[..], &other[..]]).unwrap();
+    let energy = bending(2.0) + 0.3 * length();
+    for (limits, batch) in [(rising.clone(), &given), (rising, &batch(&rough::<2>(30, 1.0, 5), false)), (wide, &given)]
+    {
+        let of = |starts: u32| {
+            let fair = Fair { energy: energy.clone(), limits: limits.clone(), starts, ..Fair::default() };
+            descended(&fair, batch)
+        };
+        let [once, often] = [1, 12].map(of);
+        let mut found = 0;
+        for (first, best) in once.reports().iter().zip(often.reports()) {
+            assert_eq!(best.status == CurveStatus::Converged, best.limits.unwrap().violation == 0.0, "{best:?}");
+            found += usize::from(first.status != best.status);
+            if first.status == CurveStatus::Converged {
+                assert_eq!(best.status, CurveStatus::Converged, "{first:?} {best:?}");
+                assert!(best.energy <= first.energy, "{first:?} {best:?}");
+            }
+        }
+        println!("{found} of {} keep their limits from another start", batch.len());
+    }
 }

@@ -5,14 +5,15 @@ use std::collections::BTreeMap;
 use super::{Fair, Pins};
 use crate::batch::{CurveBatch, Unfitted};
 use crate::device::{Device, DeviceReport};
-use crate::discrete::apart::{self, Found, Partings};
+use crate::discrete::apart::{self, Found};
 use crate::discrete::corners::Corners;
 use crate::discrete::curves::{FairCurves, Fitted};
 use crate::discrete::descended::Descended;
+use crate::discrete::fenced::{self, Start};
 use crate::discrete::kept::Kept;
 use crate::discrete::setup::set_up_pieces;
 use crate::discrete::tally::Tally;
-use crate::discrete::{deviation, fenced, flat};
+use crate::discrete::{deviation, flat};
 use crate::error::Result;
 use crate::parallel;
 use crate::report::CurveReport;
@@ -90,13 +91,8 @@ impl Fair {
         let mut found =
             Descended::best(self, batch, pieces.kept, ready, device, if is_limited { &|_| {} } else { &finished })?;
         let keeps_apart = self.limits.no_crossing;
-        let free = if keeps_apart { found.outcomes.clone() } else { vec![] };
         let all: Vec<usize> = (0..able.len()).collect();
-        let limited = match self.limits.asks_nothing_alone(batch) {
-            true => vec![],
-            false => fenced::keep(self, batch, &mut found, all.clone(), &Partings::default(), device)?,
-        };
-        let mut reported = self.reported(batch, &found, &limited, &all, &|k| {
+        let mut reported = self.reported(batch, &found, &found.kept, &all, &|k| {
             if is_limited && !keeps_apart {
                 finished(k);
             }
@@ -112,8 +108,8 @@ impl Fair {
         if keeps_apart {
             apart::keep_apart(batch, &pieces.owners, &mut all_found, |curves, partings| {
                 let again: Vec<usize> = curves.iter().filter_map(|i| able.binary_search(i).ok()).collect();
-                again.iter().for_each(|&k| found.outcomes[k] = free[k].clone());
-                let limited = fenced::keep(self, batch, &mut found, again.clone(), partings, device)?;
+                again.iter().for_each(|&k| found.outcomes[k] = found.free[k].clone());
+                let limited = fenced::keep(self, batch, &mut found, again.clone(), partings, Start::Free, device)?;
                 Ok(self.reported(batch, &found, &limited, &again, &|_| {}))
             })?;
             all.into_iter().for_each(finished);
