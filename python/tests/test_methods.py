@@ -231,7 +231,8 @@ def test_fair_curves_keep_corridors_regions_directions_and_lengths():
     for direction in ("y", (0, 2)):
         grown = fc.Fair(energy, monotone=direction).fit([bumpy])
         assert abs(grown.report()["energy"][0] / 10.00142854 - 1) < 2e-5
-        assert (np.diff(grown.sample(per_span=16)[0], axis=0).min(axis=0) < [0, np.inf]).all()
+        # It goes back along x.
+        assert np.diff(grown.sample(per_span=16)[0][:, 0]).min() < 0
     both = [fc.Fair(energy, monotone=directions).fit([bumpy]) for directions in ("xy", [(0, 1), (1, 0)])]
     assert both[0].report()["energy"][0] == both[1].report()["energy"][0] > grown.report()["energy"][0]
     assert np.diff(both[0].sample(per_span=16)[0], axis=0).min() >= 0

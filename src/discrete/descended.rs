@@ -1,7 +1,7 @@
 //! [`Descended`]: curves that have been descended from the best of their starts.
 //!
-//! A descent ends at the minimum below its start. From other [`starts`](super::starts) it may find other minima, of
-//! which the cheapest is kept that keeps its limits. Curves that cross themselves where their points do not are drawn anew.
+//! A descent ends at the minimum below its start. From other [`starts`](super::starts) it may find other minima.
+//! The cheapest that keeps its limits is taken. If a curve crosses itself where its points do not, the fit is repeated.
 
 use super::apart::Partings;
 use super::curves::{FairCurves, Vertices};
@@ -98,16 +98,8 @@ impl<const D: usize> Descended<D> {
     }
 
     /// Draws curves anew that cross where their points do not, in the ways of [`REMEDIES`], until they do not.
-    ///
-    /// `curves` are the numbers of those that are ready.
-    fn redraw(
-        &mut self,
-        fair: &Fair,
-        batch: &CurveBatch,
-        kept: &[[bool; 2]],
-        curves: &[usize],
-        device: &Device,
-    ) -> Result<()> {
+    fn redraw(&mut self, fair: &Fair, batch: &CurveBatch, kept: &[[bool; 2]], device: &Device) -> Result<()> {
+        let curves = self.curves();
         let own = |k: usize| self.ready[curves[k]].as_ref().expect("what crosses was ready");
         let mut left: Vec<usize> =
             self.untangled.left.iter().copied().filter(|&k| !own(k).tangled(&self.outcomes[k]).is_empty()).collect();
@@ -155,17 +147,9 @@ impl<const D: usize> Descended<D> {
     /// Descends what has not converged again, from the curve of half the edges.
     ///
     /// Energies of order 3 have minima that descents from the spline miss, the more so the more edges there are. Each curve
-    /// of half the edges starts from that of a quarter, down to [`COARSEST`] edges a span. `curves` are the numbers of
-    /// those that are ready.
-    fn refine(
-        &mut self,
-        fair: &Fair,
-        batch: &CurveBatch,
-        kept: &[[bool; 2]],
-        curves: &[usize],
-        device: &Device,
-    ) -> Result<()> {
-        let left = self.left(batch, kept, curves);
+    /// of half the edges starts from that of a quarter, down to [`COARSEST`] edges a span.
+    fn refine(&mut self, fair: &Fair, batch: &CurveBatch, kept: &[[bool; 2]], device: &Device) -> Result<()> {
+        let left = self.left(batch, kept);
         if left.numbers.is_empty() {
             return Ok(());
         }
@@ -186,11 +170,12 @@ impl<const D: usize> Descended<D> {
             if has_converged { Ok(Vertices::of(ready, outcome)) } else { Err(vec![]) }
         });
         let coarse = FairCurves::new(&left.batch, vertices.collect(), Default::default());
-        self.go_on_from(fair, left, curves, device, &|at| coarse.vertices(at).map(|_| coarse.curve(at)))
+        self.go_on_from(fair, left, device, &|at| coarse.vertices(at).map(|_| coarse.curve(at)))
     }
 
     /// What has not converged, of those that are ready.
-    fn left(&self, batch: &CurveBatch, kept: &[[bool; 2]], curves: &[usize]) -> Left {
+    fn left(&self, batch: &CurveBatch, kept: &[[bool; 2]]) -> Left {
+        let curves = self.curves();
         let numbers: Vec<usize> = (0..curves.len()).filter(|&k| self.outcomes[k].is_open()).collect();
         let which: Vec<usize> = numbers.iter().map(|&k| curves[k]).collect();
         let kept = which.iter().map(|&i| kept.get(i).copied().unwrap_or_default()).collect();
@@ -202,10 +187,10 @@ impl<const D: usize> Descended<D> {
         &mut self,
         fair: &Fair,
         left: Left,
-        curves: &[usize],
         device: &Device,
         start: &dyn Fn(usize) -> Option<Box<dyn Curve + 'c>>,
     ) -> Result<()> {
+        let curves = self.curves();
         let (mut able, mut ready) = (Vec::new(), Vec::new());
         for (at, &k) in left.numbers.iter().enumerate() {
             let Some(start) = start(at) else { continue };
@@ -239,10 +224,9 @@ impl<const D: usize> Descended<D> {
         ended: &(dyn Fn(usize) + Sync),
     ) -> Result<Self> {
         let mut first = Self::new(fair, ready, device, ended)?;
-        let curves = first.curves();
-        first.redraw(fair, batch, kept, &curves, device)?;
+        first.redraw(fair, batch, kept, device)?;
         if fair.energy.order() > 2 && fair.surface.is_none() {
-            first.refine(fair, batch, kept, &curves, device)?;
+            first.refine(fair, batch, kept, device)?;
         }
         Ok(first)
     }

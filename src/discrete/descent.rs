@@ -6,8 +6,8 @@
 //! - the Sobolev gradient z is computed;
 //! - the new direction is p = −z + βp.
 //!
-//! Otherwise another α is tried. Newton's method, [`damped`](super::damped), has directions and a norm of its own, and needs
-//! no Sobolev gradient. Lanes that have ended stay as they are. A lane holds everything
+//! Otherwise another α is tried. Newton's method, [`damped`](super::damped), computes its direction and its decrement
+//! instead, without a Sobolev gradient. Lanes that have ended stay as they are. A lane holds everything
 //! its curve needs to go on, so a descent can be stopped after any tick and resumed.
 
 use super::edges::Edges;

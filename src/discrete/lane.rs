@@ -118,8 +118,8 @@ impl<N: Real + Scalar> Lane<N> {
     /// Ends the lane before a trial along Newton's direction p, if it does, and says whether there is a trial.
     ///
     /// `slope` is g·p, `smallest` the smallest pivot of H + λL, and `alpha` how much of p is taken. The decrement √(−g·p) is the
-    /// gradient in the norm of (H + λL)⁻¹. Where H is L or more, that of H⁻¹ is √(1 + λ) times it at most. A lane converges when
-    /// it is small, or when steps contract so fast that it will be after this one. It takes the step too, if it can be taken.
+    /// gradient in the norm of (H + λL)⁻¹. Where H ≥ L, the norm of H⁻¹ is at most √(1 + λ) times larger. A lane converges
+    /// when it is small, or when steps contract so fast that it will be after this one. It takes the step too, if it can.
     pub(super) fn aim(&mut self, plan: Plan, smallest: N, slope: N, alpha: N) -> bool {
         if self.standing != Standing::Running {
             return false;
@@ -177,7 +177,7 @@ impl<N: Real + Scalar> Lane<N> {
         }
     }
 
-    /// Counts a step that led nowhere, and says whether so many did one after the other.
+    /// Counts a step without progress. Returns whether more than `patience` steps in a row had none.
     fn falls_short(&mut self, patience: u32) -> bool {
         let norm = self.norm2.sqrt();
         if norm < N::of(PROGRESS) * self.best || self.energy < self.energy_then {
