@@ -34,7 +34,7 @@ fn end_before(lane: ptr<function, Lane>, curve: Curve, found: Found) {
         (*lane).standing = STANDING_CONVERGED;
     } else if (has_run_away(lane, curve)) {
         (*lane).standing = STANDING_UNBOUNDED;
-    } else if ((*lane).iterations >= params.most_iterations) {
+    } else if ((*lane).iterations >= states[curve.slot].most_iterations) {
         (*lane).standing = STANDING_EXHAUSTED;
     }
 }

@@ -16,7 +16,6 @@ struct DescentParams {
     tasks: u32,
     // Numbers of a curve in `lanes`.
     numbers: u32,
-    most_iterations: u32,
     // 0: −z; 1: Polak and Ribière; 2: the hybrid. Newton's is compiled in.
     direction: u32,
     // 1: a line search; 0: steps of constant size.
@@ -52,8 +51,8 @@ struct DescentState {
     flags: u32,
     since_best: u32,
     trials: u32,
+    most_iterations: u32,
     padding: u32,
-    padding_too: u32,
 }
 
 // No twin: stands for the infinity of what nothing has bounded yet.

@@ -64,6 +64,13 @@ impl Partings {
     pub fn of(&self, i: usize) -> &[Parting] {
         self.0.get(&i).map_or(&[], Vec::as_slice)
     }
+
+    /// The most half-planes of a vertex.
+    pub fn most_at_a_vertex(&self) -> usize {
+        // They are in the order of vertices.
+        let of_curve = |own: &Vec<Parting>| own.chunk_by(|a, b| a.row == b.row).map(<[Parting]>::len).max();
+        self.0.values().filter_map(of_curve).max().unwrap_or(0)
+    }
 }
 
 /// A curve with its report; without vertices one that comes out as its input.

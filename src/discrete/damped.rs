@@ -43,7 +43,7 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         let (mut tried, mut alpha) = (S::ZERO, S::ZERO);
         for (l, lane) in self.lanes.iter_mut().enumerate() {
             let step = least(most.lane(l), S::ONE.lane(0));
-            if lane.aim(self.plan, smallest.lane(l), slope.lane(l), step) {
+            if lane.aim(smallest.lane(l), slope.lane(l), step) {
                 tried.set_lane(l, S::ONE.lane(0));
                 alpha.set_lane(l, step);
             }

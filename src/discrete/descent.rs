@@ -12,7 +12,7 @@
 
 use super::edges::Edges;
 use super::energy::{Functional, Hold, Wall};
-use super::lane::{Lane, Standing};
+use super::lane::{Bounds, Lane, Standing};
 use super::line_search::LineSearch;
 use super::metric::{Metric, Pins, Weights};
 use super::plan::{Direction, Plan, Step};
@@ -53,7 +53,6 @@ pub(crate) struct Descent<'a, S: Scalar, const D: usize> {
 impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
     /// Curves at their bases.
     ///
-    /// `bounds` holds a tolerance and a bound of the length for each lane.
     #[allow(clippy::too_many_arguments)]
     pub fn new(
         plan: Plan,
@@ -63,13 +62,12 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         terms: Vec<(S, &'a Functional)>,
         gauge: S,
         holds: Vec<(Vector<S, D>, Hold<S, D>)>,
-        bounds: &[(f64, f64)],
+        bounds: &[Bounds],
     ) -> Self {
         let rows = vec![[S::ZERO; D]; edges.rows()];
-        let lane = |&(tolerance, longest): &(f64, f64)| Lane::new(tolerance, longest);
         Descent {
             metric: Metric::new(if plan.direction == Direction::Newton { 0 } else { plan.order }, &edges, &pins),
-            lanes: bounds.iter().map(lane).collect(),
+            lanes: bounds.iter().map(Lane::new).collect(),
             u: rows.clone(),
             x: rows.clone(),
             p: rows.clone(),

@@ -43,7 +43,6 @@ const MOST_TICKS: u32 = 16;
 pub(crate) struct DescentParams {
     pub tasks: u32,
     pub numbers: u32,
-    pub most_iterations: u32,
     pub direction: u32,
     pub search: u32,
     pub ticks: u32,
@@ -67,8 +66,8 @@ pub(crate) struct DescentState {
     pub flags: u32,
     pub since_best: u32,
     pub trials: u32,
+    pub most_iterations: u32,
     pub padding: u32,
-    pub padding_too: u32,
 }
 
 /// The standings by the kernel's codes.
@@ -149,7 +148,7 @@ pub(crate) fn descend_on_gpu<const D: usize>(
     precision: Precision,
     plan: &Plan,
     energy: &Energy,
-    problems: &[Problem<D>],
+    problems: &[&Problem<D>],
     ended: Ended<'_, D>,
 ) -> Result<Vec<Outcome<D>>> {
     let run = Run { gpu, precision, plan, energy, problems, most_ticks: MOST_TICKS, lanes: None };
@@ -162,7 +161,7 @@ pub(crate) struct Run<'a, const D: usize> {
     pub precision: Precision,
     pub plan: &'a Plan,
     pub energy: &'a Energy,
-    pub problems: &'a [Problem<D>],
+    pub problems: &'a [&'a Problem<D>],
     pub most_ticks: u32,
     /// Lanes a curve where directions are Newton's, if they are not to be chosen.
     pub lanes: Option<usize>,
@@ -182,14 +181,14 @@ impl<const D: usize> Run<'_, D> {
         let (mut order, mut host): (Vec<usize>, Vec<usize>) = (0..problems.len()).partition(|&i| is_taken(i));
         let kind = |i: usize| (problems[i].vertices(), problems[i].closed, problems[i].pinned.len(), i);
         sort::by(&mut order, |&i, &j| kind(i).cmp(&kind(j)));
-        let mut outcomes: Vec<Outcome<D>> = problems.iter().map(unfinished).collect();
+        let mut outcomes: Vec<Outcome<D>> = problems.iter().copied().map(unfinished).collect();
         if let Some(table) = table.filter(|_| !order.is_empty()) {
             let composition = self.composition(&order)?;
             let possible: Vec<Way> = ways.into_iter().filter(|&way| order.iter().all(|&i| takes(way, i))).collect();
             let job = Job { run: self, way: self.choose(&possible, &order), composition, table };
             kept(job.descend(&order, &mut outcomes, progress, (&mut host, ended)))?;
         }
-        let own: Vec<Problem<D>> = host.iter().map(|&i| problems[i].clone()).collect();
+        let own: Vec<&Problem<D>> = host.iter().map(|&i| problems[i]).collect();
         let descended = descend_on_cpu(self.plan, self.energy, &own, &|k, outcome| ended(host[k], outcome));
         host.into_iter().zip(descended).for_each(|(i, outcome)| outcomes[i] = outcome);
         Ok(outcomes)
@@ -240,7 +239,7 @@ impl<const D: usize> Run<'_, D> {
     }
 
     fn is_for_kernel(&self, i: usize) -> bool {
-        let (order, problem) = (self.plan.order, &self.problems[i]);
+        let (order, problem) = (self.plan.order, self.problems[i]);
         // A triangle has no room for the third derivative.
         let has_order = order_of(order, problem.closed, problem.vertices()) == order;
         // A curve that nothing holds slides along itself, which the host damps.
@@ -317,12 +316,15 @@ impl<'a, const D: usize> Job<'a, D> {
     fn start(&self, curves: &[usize]) -> Result<Rounds<'a, Layout>> {
         let layout = self.layout(curves);
         let (given, fixed) = self.pack(curves, &layout);
+        let most = |&i: &usize| self.run.problems[i].most_iterations;
+        let state = |i| DescentState { most_iterations: most(i), ..DescentState::zeroed() };
+        let states: Vec<DescentState> = curves.iter().map(state).collect();
         let mut recording = self.run.gpu.record(self.run.precision);
         let mut arrays = vec![
             ("curves", recording.upload(&layout.table)),
             ("fixed", recording.upload_reals(&fixed)),
             ("pins", recording.upload(&layout.pins)),
-            ("states", recording.upload(&vec![DescentState::zeroed(); curves.len()])),
+            ("states", recording.upload(&states)),
             ("lanes", recording.upload_reals(&given)),
             ("displacements", recording.storage_reals(layout.displacements)),
             ("work", recording.storage_reals(layout.work)),
@@ -348,7 +350,6 @@ impl<'a, const D: usize> Job<'a, D> {
         let params = recording.uniform(&DescentParams {
             tasks: slots.len() as u32,
             numbers: self.numbers() as u32,
-            most_iterations: run.plan.most_iterations,
             direction: run.plan.direction as u32,
             search: (run.plan.step == Step::Search).into(),
             ticks: listed.iter().map(|task| task.ticks).min().unwrap_or(0),

@@ -1,28 +1,20 @@
 //! [`Discs`]: the discs around the data points of one curve, and the multipliers that keep it inside.
 //!
-//! Wanted is the least energy with (|f_i − p_i|² − D²)/2 ≤ 0 at every data point p_i. The method of
-//! multipliers descends the energy and the walls of [`Hold`] for multipliers y, takes ρs of each wall as
-//! the next, and repeats. Where a curve touches its disc, y D is the force that holds it there.
-//! Everywhere else y is 0.
+//! The constraints are (D² − |f_i − p_i|²)/2 ≥ 0 at every data point p_i, with the walls of [`Hold`] as terms. Where a curve
+//! touches its disc, y D is the force that holds it there.
 //!
 //! A vertex could slide along its curve for nothing, or to make a taut span short. Rails across the curve
 //! keep it from that. They lie along the tangents where the curve stands after the first rounds.
 //!
-//! Source: R. T. Rockafellar, *The multiplier method of Hestenes and Powell applied to convex programming*
-//! (1973). The rails are faircurve's.
+//! The rails are faircurve's.
 
-use super::curves::Vertices;
-use super::deviation::deviation;
 use super::energy::Hold;
 use super::fair::{Fair, Pins};
-use super::lane::Standing;
-use super::problem::{Outcome, Problem};
-use super::setup::{LONGEST, Ready, distance, set_up_pieces};
-use super::untangle::{ROUNDS, message};
+use super::multipliers::Multipliers;
+use super::problem::Problem;
+use super::setup::{LONGEST, Ready, set_up_pieces};
 use crate::batch::CurveBatch;
-use crate::linalg::scalar::{Vector, add, dot, scale};
-use crate::report::CurveReport;
-use crate::status::CurveStatus;
+use crate::linalg::scalar::{add, dot, scale};
 
 /// The discs are smaller than the deviation by this much at least, in its units.
 ///
@@ -59,62 +51,27 @@ const RAILS: f64 = 100.0;
 /// Laid anew in every round, rails follow corners that follow the rails.
 const LAYING: u32 = 2;
 
-/// The most rounds. Eight are common.
-const MOST_ROUNDS: u32 = 30;
-
-/// The most iterations of a round but for the last. Three are common.
-const ROUND_ITERATIONS: u32 = 100;
-
-/// The tolerance of the first round. With more a border's first curve swings out.
-const FIRST: f64 = 0.1;
-
-/// The largest tolerance of later rounds. 592 of 594 borders converge with 1.0, 591 with 0.3, 590 with 0.1.
-const ROUGHLY: f64 = 1.0;
-
-/// The tolerance of the next round in units of √(E/n) v, for n vertices and the violation v.
-const OF_VIOLATION: f64 = 1.0;
-
-/// A span that is this many times as long as its own chord, and longer by the deviation, has swung out.
-///
-/// Half a circle is 1.57 times as long as its chord, and two thirds of a circle 2.42 times. Among borders, spans from
-/// 1.9 times on are loops.
-const SWUNG_OUT: f64 = 2.0;
-
 /// The discs of a curve.
 #[derive(Clone)]
-pub(super) struct Discs<const D: usize> {
-    /// The number of the curve.
-    curve: usize,
-    /// The deviation asked for, and that which the curve may use, in units of the input.
-    asked: f64,
-    allowed: f64,
+pub(super) struct Discs {
     /// See [`MARGIN`].
-    margin: f64,
+    pub margin: f64,
     /// The radius of every disc, at size 1.
     radius: f64,
     /// The multiplier of every attached vertex.
     multipliers: Vec<f64>,
-    /// The method's tolerance.
-    tolerance: f64,
     violation: f64,
     rounds: u32,
-    /// All descents so far.
-    outcome: Option<Outcome<D>>,
-    has_ended: bool,
-    /// Spans that crossed where the points do not, and were drawn tauter.
-    tauter: Vec<usize>,
-    /// The curve before spans were drawn tauter, how often they were, and all descents until then.
-    before: Option<Box<(Problem<D>, u32, Outcome<D>)>>,
 }
 
-impl<const D: usize> Discs<D> {
+impl Discs {
     /// The discs of curve `i`, which is made ready for the first round.
     ///
-    /// `asked` is the deviation, and `allowed` what the curve may use of it without vanishing.
-    pub fn around(
+    /// `allowed` is what the curve may use of its deviation without vanishing.
+    pub fn around<const D: usize>(
         ready: &mut Ready<D>,
         held: &Fair,
-        [asked, allowed]: [f64; 2],
+        allowed: f64,
         in_f32: bool,
         batch: &CurveBatch,
         i: usize,
@@ -134,7 +91,6 @@ impl<const D: usize> Discs<D> {
         problem.longest = if problem.longest.is_finite() { longest } else { problem.longest };
         // A curve has room between its points, and in its discs.
         problem.taut.iter_mut().for_each(|taut| *taut /= 1.0 + *taut * square);
-        problem.tolerance = FIRST.max(held.tolerance);
         let order = held.energy.order() as i32;
         let beside = spans_beside(&ready.rows, problem);
         for (attached, h) in problem.attached.iter_mut().zip(beside) {
@@ -142,36 +98,8 @@ impl<const D: usize> Discs<D> {
             attached.hold = Hold { wall: attached.stiffness / square, reach: square, ..Hold::NONE };
         }
         lay_rails(problem);
-        Discs {
-            curve: i,
-            asked,
-            allowed,
-            margin,
-            radius,
-            multipliers: vec![0.0; problem.attached.len()],
-            tolerance: held.tolerance,
-            violation: f64::INFINITY,
-            rounds: 0,
-            outcome: None,
-            has_ended: false,
-            tauter: vec![],
-            before: None,
-        }
-    }
-
-    /// The number of the curve.
-    pub fn curve(&self) -> usize {
-        self.curve
-    }
-
-    /// Whether it needs no more rounds.
-    pub fn has_ended(&self) -> bool {
-        self.has_ended
-    }
-
-    /// The most iterations of the next round.
-    pub fn most_iterations(&self, held: &Fair) -> u32 {
-        if self.is_settled() { held.max_iterations } else { held.max_iterations.min(ROUND_ITERATIONS) }
+        let multipliers = vec![0.0; problem.attached.len()];
+        Discs { margin, radius, multipliers, violation: f64::INFINITY, rounds: 0 }
     }
 
     /// Whether the multipliers are known well enough for a descent to the method's tolerance.
@@ -179,102 +107,23 @@ impl<const D: usize> Discs<D> {
         self.violation <= ENOUGH * self.margin
     }
 
-    /// Records a round, and makes the curve ready for the next one.
-    pub fn take(&mut self, ready: &mut Ready<D>, outcome: Outcome<D>) {
-        self.rounds += 1;
-        let problem = &mut ready.problem;
-        let (standing, was_exact) = (outcome.standing, problem.tolerance <= self.tolerance);
-        problem.rebase(&outcome.displacements);
-        let energy = outcome.energy - problem.energy_of_holds();
-        let outcome = Outcome { energy, ..outcome };
-        match &mut self.outcome {
-            Some(own) => own.go_on(outcome),
-            None => self.outcome = Some(outcome),
-        }
-        if !matches!(standing, Standing::Converged | Standing::Exhausted | Standing::Stalled) {
-            self.has_ended = true;
-            return;
-        }
-        self.press(problem);
-        if self.rounds <= LAYING {
-            lay_rails(problem);
-        }
-        let is_done = self.is_settled() && was_exact;
-        self.has_ended = is_done || self.rounds == MOST_ROUNDS;
-        if self.has_ended {
-            self.untangle(ready, is_done && standing == Standing::Converged);
-            return;
-        }
-        let by_violation = OF_VIOLATION * (energy / ready.vertices.len() as f64).sqrt() * self.violation.min(1.0);
-        problem.tolerance = if self.is_settled() { 0.0 } else { by_violation.min(ROUGHLY) }.max(self.tolerance);
+    /// Whether the deviation is next to rounding, so that the curve goes through its points.
+    pub fn are_points(&self) -> bool {
+        self.margin > MOST_MARGIN
     }
 
-    /// Takes the next multipliers, where the curve stands at its base.
-    pub fn press(&mut self, problem: &mut Problem<D>) {
-        let before = self.violation;
-        self.violation = self.multiply(problem);
-        if !self.is_settled() && self.violation * SLOW > before {
-            problem.attached.iter_mut().for_each(|attached| {
-                attached.hold.wall *= FIRMER;
-                attached.stiffness *= FIRMER;
-            });
-        }
-        let square = self.radius * self.radius;
-        for (attached, multiplier) in problem.attached.iter_mut().zip(&self.multipliers) {
-            attached.hold.reach = square - 2.0 * multiplier / attached.hold.wall;
-        }
+    /// Takes the multipliers for known.
+    pub fn settle(&mut self) {
+        self.violation = 0.0;
     }
 
-    /// The largest violation of a disc, or of its multiplier, in units of D².
-    pub fn violation(&self) -> f64 {
-        self.violation
-    }
-
-    /// All descents so far.
-    pub fn outcome(&self) -> &Outcome<D> {
-        self.outcome.as_ref().expect("a curve that has ended has descended")
-    }
-
-    /// Appends descents that went on from where the curve stood.
-    pub fn go_on(&mut self, outcome: Outcome<D>) {
-        self.outcome.as_mut().expect("a curve that has ended has descended").go_on(outcome);
-    }
-
-    /// Goes on with narrower spans where the curve found crosses itself and its points do not, as
-    /// [`untangle`](super::untangle) does, or back to the curve before that if it did not converge since.
-    fn untangle(&mut self, ready: &mut Ready<D>, has_converged: bool) {
-        let Some(outcome) = &mut self.outcome else { return };
-        if !has_converged {
-            if let Some(before) = self.before.take() {
-                let iterations = outcome.iterations;
-                let (problem, _, mut found) = *before;
-                found.iterations = iterations;
-                (ready.problem, *outcome, self.violation) = (problem, found, 0.0);
-                self.tauter.clear();
-            }
-            return;
-        }
-        let times = self.before.as_ref().map_or(0, |before| before.1);
-        if D != 2 || ready.problem.taut.is_empty() || times as usize == ROUNDS {
-            return;
-        }
-        let spans = ready.tangled(outcome);
-        if spans.is_empty() {
-            return;
-        }
-        let before = (ready.problem.clone(), times + 1, outcome.clone());
-        if ready.narrow(&spans) {
-            self.before.get_or_insert(Box::new(before)).1 = times + 1;
-            self.tauter.extend(spans);
-            (self.has_ended, self.rounds, self.violation) = (false, 0, f64::INFINITY);
-            ready.problem.tolerance = ROUGHLY.max(self.tolerance);
-        }
+    /// Begins rounds again, with the same multipliers.
+    pub fn begin_again(&mut self) {
+        (self.rounds, self.violation) = (0, f64::INFINITY);
     }
 
     /// Takes the next multipliers, and returns the largest violation, in units of D².
-    ///
-    /// A multiplier of a curve inside of its disc violates too: it must be 0.
-    fn multiply(&mut self, problem: &Problem<D>) -> f64 {
+    fn multiply<const D: usize>(&mut self, problem: &Problem<D>) -> f64 {
         let square = self.radius * self.radius;
         let mut violation = 0.0f64;
         for (attached, multiplier) in problem.attached.iter().zip(&mut self.multipliers) {
@@ -284,46 +133,38 @@ impl<const D: usize> Discs<D> {
         }
         violation
     }
+}
 
-    /// The report of a curve that has ended, and its vertices.
-    pub fn report(self, mut ready: Ready<D>, held: &Fair, batch: &CurveBatch) -> (CurveReport, Option<Vertices>) {
-        let (i, is_settled) = (self.curve, self.is_settled());
-        let outcome = self.outcome.expect("a curve that has ended has descended");
-        let vertices = ready.vertices_of(&outcome);
-        let found = deviation(&vertices, &ready.rows, batch.points(i).as_chunks::<D>().0);
-        let keeps = found <= self.asked && outcome.standing != Standing::Unbounded;
-        if !keeps || has_swung_out(&vertices, &ready.rows, self.allowed) {
-            return ready.left_as_it_is(held, batch, i, self.asked, outcome.iterations);
-        }
-        ready.problem.tolerance = self.tolerance;
-        let (mut report, vertices) = held.report(batch, i, &ready, &outcome);
-        if report.status == CurveStatus::Converged {
-            let (asked, allowed) = (self.asked, self.allowed);
-            if !is_settled {
-                report.status = CurveStatus::NotConverged;
-                let what = format!(
-                    "it keeps the deviation of {asked}, but {} rounds did not tell how near to each point the fairest curve is: {}",
-                    self.rounds,
-                    held.remedy()
-                );
-                report.message = Some(batch.sentence(i, 0, &what));
-            } else if !self.tauter.is_empty() {
-                let mut spans = self.tauter;
-                spans.sort_unstable();
-                spans.dedup();
-                report.message = Some(batch.sentence(i, spans[0], &message(&spans)));
-            } else if self.margin > MOST_MARGIN {
-                let what =
-                    format!("a deviation of {asked} is next to rounding here: the curve goes through its points");
-                report.message = Some(batch.sentence(i, 0, &what));
-            } else if allowed < asked {
-                let what = format!(
-                    "the curve is so small that it could vanish within {asked} of its points: it stays within {allowed:.3e}"
-                );
-                report.message = Some(batch.sentence(i, 0, &what));
+impl<const D: usize> Multipliers<D> for Discs {
+    fn update(&mut self, problem: &mut Problem<D>) {
+        self.rounds += 1;
+        let before = self.violation;
+        self.violation = self.multiply(problem);
+        if !Discs::is_settled(self) && self.violation * SLOW > before {
+            for attached in &mut problem.attached {
+                attached.hold.wall *= FIRMER;
+                attached.stiffness *= FIRMER;
             }
         }
-        (report, vertices)
+        let square = self.radius * self.radius;
+        for (attached, multiplier) in problem.attached.iter_mut().zip(&self.multipliers) {
+            attached.hold.reach = square - 2.0 * multiplier / attached.hold.wall;
+        }
+        if self.rounds <= LAYING {
+            lay_rails(problem);
+        }
+    }
+
+    fn violation(&self) -> f64 {
+        self.violation
+    }
+
+    fn is_settled(&self) -> bool {
+        Discs::is_settled(self)
+    }
+
+    fn energy(&self, problem: &Problem<D>) -> f64 {
+        problem.energy_of_holds()
     }
 }
 
@@ -363,11 +204,4 @@ fn lay_rails<const D: usize>(problem: &mut Problem<D>) {
         attached.hold.rail = scale((RAILS * attached.stiffness).sqrt() / length, along);
         attached.hold.place = -dot(attached.hold.rail, attached.target);
     }
-}
-
-/// Whether a span between data points has become a loop.
-fn has_swung_out<const D: usize>(vertices: &[Vector<f64, D>], rows: &[u32], allowed: f64) -> bool {
-    let at = |row: u32| vertices[row as usize % vertices.len()];
-    let length = |from: u32, to: u32| (from..to).map(|row| distance(at(row), at(row + 1))).sum::<f64>();
-    rows.windows(2).any(|ends| length(ends[0], ends[1]) > SWUNG_OUT * distance(at(ends[0]), at(ends[1])) + allowed)
 }

@@ -1,28 +1,18 @@
 //! [`Fair`]: discrete fair curves.
 
-mod check;
-mod pieces;
-
 use std::sync::Arc;
 
-pub(super) use self::pieces::Pieces;
 use super::energy::{Energy, bending, tautness};
 use super::limits::Limits;
-use super::plan::{Direction, Step};
-use crate::batch::CurveBatch;
-use crate::curve::Sampling;
+use super::plan::{Direction, Plan, Step};
 use crate::deviation::Deviation;
-use crate::device::Device;
-use crate::error::Result;
-use crate::ground::{Moved, check_samples, judge_known, lifted};
-use crate::report::Fit;
 use crate::surface::Surface;
 use crate::words::words;
 
 /// Bytes a vertex takes for each dimension while all curves are descended.
 ///
 /// In the plane 110 bytes a vertex were measured, including its share of the samples.
-const VERTEX_BYTES: usize = 56;
+pub(super) const VERTEX_BYTES: usize = 56;
 
 /// How spans between data points are divided into edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -307,64 +297,15 @@ impl Default for Fair {
 }
 
 impl Fair {
-    /// Fits every curve of the batch.
-    ///
-    /// The statuses are:
-    ///
-    /// - `converged`: the tolerance was reached.
-    /// - `not_converged`: the curve is the best one reached. It is its input where the best one is
-    ///   more than twice as long as the points' polygon.
-    /// - `infeasible`: no curve was found near that keeps the [`limits`](Self::limits).
-    /// - `unbounded`: the energy has neither length nor tension, and the curve grew past five times
-    ///   its chord polygon while its energy fell. Bending alone often has no minimum.
-    /// - `degenerate` and `invalid`: the curve cannot be fitted.
-    ///
-    /// Curves of the last three statuses come out as their input. The reported energy is the
-    /// weighted sum asked for, in units of the input, without the gauge.
-    ///
-    /// The device's [counter](Device::with_counter) counts curves as they are finished. A curve cut
-    /// at [`corners`](Self::corners) counts with its last piece.
-    ///
-    /// # Errors
-    /// - Weights that are negative or not finite, no energy at all, or an exponent below 1.
-    /// - A tolerance, a number of segments or pins that make no sense.
-    /// - A spacing that makes more than [`Segments::MOST_VERTICES`].
-    /// - Columns `nu` and `known`.
-    /// - On a GPU, errors of submissions.
-    pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
-        if let Some(lifted) = self.surface.as_ref().and_then(|surface| lifted(batch, &**surface)) {
-            return self.fit(&lifted, device);
-        }
-        self.check(batch)?;
-        if let Some(globe) = self.surface.as_ref().and_then(|surface| surface.globe()) {
-            return self.fit_on_globe(globe, batch, device);
-        }
-        let moved = self.surface.as_ref().map(|surface| (Moved::onto(batch, &**surface, self.off_surface), surface));
-        match (&moved, batch.dimension()) {
-            (Some((moved, surface)), _) => {
-                let (mut curves, mut reports, device) = self.fit_in::<3>(&moved.batch, device)?;
-                moved.say(&mut reports, &***surface);
-                let vertices = |i: usize| curves.vertices(i).map(|own| (own.places(), own.rows.clone()));
-                judge_known(&***surface, batch, &vertices, &mut reports);
-                curves.lie_in(batch, surface);
-                Ok(Fit::new(curves, reports, device))
-            }
-            (None, 2) => self.fit_in::<2>(batch, device).map(|(curves, reports, did)| Fit::new(curves, reports, did)),
-            (None, _) => self.fit_in::<3>(batch, device).map(|(curves, reports, did)| Fit::new(curves, reports, did)),
-        }
-    }
-
-    /// Fits every curve and samples it.
-    ///
-    /// The samples are the vertices if the sampling is [`Sampling::PerSpan`] with as many samples
-    /// as there are [`segments`](Self::segments) a span.
-    ///
-    /// # Errors
-    /// Those of [`fit`](Self::fit) and of [`Sampling::check`].
-    pub fn fit_sampled(&self, batch: &CurveBatch, sampling: Sampling, device: &Device) -> Result<(Fit, CurveBatch)> {
-        check_samples(sampling, batch, self.surface.as_deref(), 0)?;
-        let fit = self.fit(batch, device)?;
-        let polylines = fit.polylines(sampling);
-        Ok((fit, polylines))
+    /// How its descents of an energy go.
+    pub(super) fn plan(&self, energy: &Energy) -> Plan {
+        let order = energy.order();
+        let gauge = match order {
+            1 if energy.attachment_weight() > 0.0 => 2,
+            1 => 0,
+            2 if self.surface.is_some() || energy.is_fenced() => 1,
+            _ => order,
+        };
+        Plan { direction: self.direction, step: self.step, order, gauge }
     }
 }

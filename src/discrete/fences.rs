@@ -1,11 +1,10 @@
-//! [`Fences`]: the multipliers of the limits of one curve.
+//! [`Fences`]: the multipliers of the limits at the vertices of one curve.
 //!
-//! A limit is c ≥ 0 at a vertex. For multipliers y the curve descends the energy with the [`Fence`]s and the
-//! [`Wall`](super::energy::Wall)s. The next multipliers are ρs of each. Where the curve goes along a limit, y is the force that keeps it there. Everywhere
-//! else y is 0.
+//! A limit is c ≥ 0 at a vertex. Its terms are a [`Fence`] or a [`Wall`](super::energy::Wall). The next multiplier is ρs.
 
 use super::energy::{FENCE_KINDS, Fence, Wall, volume};
 use super::limits::CurveLimits;
+use super::multipliers::Multipliers;
 use super::problem::Problem;
 use crate::linalg::scalar::{dot, scale, subtract};
 
@@ -47,9 +46,9 @@ const OFFSETS: [f64; FENCE_KINDS] = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
 /// The power of 1/h in βq·β∇q for every kind of fences, for edges of length h.
 const STEEPNESS: [i32; FENCE_KINDS] = [3, 3, 1, 1, 1, 1];
 
-/// The violation and the multipliers of a curve's limits.
-#[derive(Clone, Debug)]
-pub(super) struct Fences {
+/// The limits of a curve, with their violation and multipliers.
+pub(super) struct Fences<const D: usize> {
+    pub limits: CurveLimits<D>,
     /// ρ
     stiffness: f64,
     /// E/m, for the energy E at the start and m edges.
@@ -60,26 +59,22 @@ pub(super) struct Fences {
     slow: u32,
 }
 
-impl Fences {
+impl<const D: usize> Fences<D> {
     /// Fences of these limits, at a curve of this energy. `first` is the first ρ in units of E/m.
-    pub fn around<const D: usize>(
-        problem: &mut Problem<D>,
-        limits: &mut CurveLimits<D>,
-        energy: f64,
-        first: f64,
-    ) -> Self {
+    pub fn around(problem: &mut Problem<D>, limits: CurveLimits<D>, energy: f64, first: f64) -> Self {
         let length = problem.length();
         let least = 0.5 * problem.highest * length * (LEAST_CURVATURE / length).powi(2);
         let unit = energy.max(least) / problem.base.len() as f64;
-        let own = Fences { stiffness: first * unit, unit, margin: MARGIN, violation: f64::INFINITY, slow: 0 };
-        for (kind, slopes) in limits.slopes.iter().enumerate() {
+        let (stiffness, violation) = (first * unit, f64::INFINITY);
+        let mut own = Fences { limits, stiffness, unit, margin: MARGIN, violation, slow: 0 };
+        for (kind, slopes) in own.limits.slopes.iter().enumerate() {
             let fence = |slope: &f64| match *slope {
                 0.0 => Fence::NONE,
                 slope => Fence { slope, reach: -own.offset(kind), stiffness: own.stiffness },
             };
             problem.fences[kind] = slopes.iter().map(fence).collect();
         }
-        if let Some(walls) = &mut limits.walls {
+        if let Some(walls) = &mut own.limits.walls {
             walls.choose(problem, own.margin, own.stiffness, 1.0);
         }
         own
@@ -89,41 +84,10 @@ impl Fences {
     fn offset(&self, kind: usize) -> f64 {
         OFFSETS[kind] - self.margin
     }
+}
 
-    /// The largest violation of a limit, or of its multiplier, in units of c.
-    ///
-    /// A multiplier violates too where the curve keeps the limit with room: it must be 0.
-    pub fn violation(&self) -> f64 {
-        self.violation
-    }
-
-    /// Whether the multipliers are known well enough for a descent to the method's tolerance.
-    pub fn is_settled(&self) -> bool {
-        self.violation <= ENOUGH * self.margin
-    }
-
-    /// Whether rounds do not lead nearer to the limits any more.
-    pub fn is_given_up(&self) -> bool {
-        self.slow >= PATIENCE
-    }
-
-    /// The norm of the gradient that rounding may leave.
-    ///
-    /// For curvatures βq has an error of βε/h, with h the mean edge. That of a force ρsβ∇q is then ρβ²ε/h³, which √(w/h³)
-    /// of the inner product divides. It is below 1e-8 but for the largest ρ: there 9 of 6,000 rough curves stop at 1.4e-8
-    /// to 3.3e-8, for a bound of some 5e-8. The way ahead and the twist have ρβ²ε/h, which for the twist may be any
-    /// number: more than 1e-6 is not allowed.
-    pub fn rounding<const D: usize>(&self, problem: &Problem<D>) -> f64 {
-        let h = problem.length() / problem.base.len() as f64;
-        let of_kind = |(fences, power): (&Vec<Fence<f64>>, i32)| {
-            fences.iter().map(|fence| fence.slope.powi(4)).sum::<f64>() * h.powi(-2 * power)
-        };
-        let squares: f64 = problem.fences.iter().zip(STEEPNESS).map(of_kind).sum();
-        (f64::EPSILON * self.stiffness * squares.sqrt() * h.powf(1.5) / problem.highest.sqrt()).min(MOST_ROUNDING)
-    }
-
-    /// Takes the next multipliers, where the curve stands at its base.
-    pub fn press<const D: usize>(&mut self, problem: &mut Problem<D>, limits: &mut CurveLimits<D>) {
+impl<const D: usize> Multipliers<D> for Fences<D> {
+    fn update(&mut self, problem: &mut Problem<D>) {
         let before = self.violation;
         self.violation = 0.0;
         for kind in 0..FENCE_KINDS {
@@ -138,7 +102,7 @@ impl Fences {
                 }
             }
         }
-        if let Some(walls) = &limits.walls {
+        if let Some(walls) = &self.limits.walls {
             for (wall, offset) in walls.standing(&mut problem.walls) {
                 let (now, next) = (wall.reach + offset - self.margin, wall.beyond(wall.quantity([0.0; D]).0));
                 self.violation = self.violation.max((now - next).abs());
@@ -163,10 +127,39 @@ impl Fences {
                 fence.stiffness = stiffness;
             }
         }
-        if let Some(walls) = &mut limits.walls {
+        if let Some(walls) = &mut self.limits.walls {
             walls.choose(problem, self.margin, stiffness, self.stiffness / stiffness);
         }
         self.stiffness = stiffness;
+    }
+
+    fn violation(&self) -> f64 {
+        self.violation
+    }
+
+    fn is_settled(&self) -> bool {
+        self.violation <= ENOUGH * self.margin
+    }
+
+    fn is_given_up(&self) -> bool {
+        self.slow >= PATIENCE
+    }
+
+    /// For curvatures βq has an error of βε/h, with h the mean edge. That of a force ρsβ∇q is then ρβ²ε/h³, which √(w/h³)
+    /// of the inner product divides. It is below 1e-8 but for the largest ρ: there 9 of 6,000 rough curves stop at 1.4e-8
+    /// to 3.3e-8, for a bound of some 5e-8. The way ahead and the twist have ρβ²ε/h, which for the twist may be any
+    /// number: more than 1e-6 is not allowed.
+    fn rounding(&self, problem: &Problem<D>) -> f64 {
+        let h = problem.length() / problem.base.len() as f64;
+        let of_kind = |(fences, power): (&Vec<Fence<f64>>, i32)| {
+            fences.iter().map(|fence| fence.slope.powi(4)).sum::<f64>() * h.powi(-2 * power)
+        };
+        let squares: f64 = problem.fences.iter().zip(STEEPNESS).map(of_kind).sum();
+        (f64::EPSILON * self.stiffness * squares.sqrt() * h.powf(1.5) / problem.highest.sqrt()).min(MOST_ROUNDING)
+    }
+
+    fn energy(&self, problem: &Problem<D>) -> f64 {
+        problem.energy_of_fences()
     }
 }
 

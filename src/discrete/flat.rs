@@ -8,12 +8,11 @@ use glam::DVec3;
 
 use super::curves::{Fitted, Vertices};
 use super::energy::Functional;
-use super::fair::{Fair, Pieces};
+use super::fair::Fair;
 use super::tally::Tally;
 use crate::Constraints;
 use crate::batch::CurveBatch;
 use crate::curve::vector;
-use crate::device::Device;
 use crate::error::Result;
 
 /// Points lie in a plane up to 16 roundings of their largest coordinate, and vectors up to 16 roundings of their length.
@@ -96,28 +95,20 @@ pub(super) fn planes(fair: &Fair, batch: &CurveBatch) -> Vec<Option<Plane>> {
 
 /// Fits curves that lie in planes in these, and all others in space.
 pub(super) fn fit(
-    fair: &Fair,
     batch: &CurveBatch,
     planes: &[Option<Plane>],
-    pieces: &Pieces<'_>,
-    allowed: Option<Vec<f64>>,
-    device: &Device,
     tally: &Tally<'_>,
+    in_plane: impl Fn(&CurveBatch, &Tally<'_>) -> Result<Fitted>,
+    in_space: impl Fn(&CurveBatch, &Tally<'_>) -> Result<Fitted>,
 ) -> Result<Fitted> {
     let (lying, others): (Vec<usize>, Vec<usize>) = (0..batch.len()).partition(|&i| planes[i].is_some());
-    let planar = fair.fit_pieces::<2>(
-        &in_planes(&batch.emptied(&others), planes),
-        pieces,
-        allowed.clone(),
-        device,
-        &tally.of_some(&|i| planes[i].is_some()),
-    )?;
+    let planar = in_plane(&in_planes(&batch.emptied(&others), planes), &tally.of_some(&|i| planes[i].is_some()))?;
     let spatial = match others.is_empty() {
         true => None,
         false => {
             let counts = |i: usize| planes[i].is_none();
             let tally = tally.of_some(&counts);
-            Some(fair.fit_pieces::<3>(&batch.emptied(&lying), pieces, allowed, device, &tally)?)
+            Some(in_space(&batch.emptied(&lying), &tally)?)
         }
     };
     let device = spatial.as_ref().map_or(&planar, |spatial| spatial).device.clone();

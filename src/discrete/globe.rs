@@ -6,28 +6,31 @@ use super::curves::FairCurves;
 use super::fair::Fair;
 use crate::Constraints;
 use crate::batch::CurveBatch;
-use crate::device::Device;
+use crate::device::{Device, DeviceReport};
 use crate::error::Result;
 use crate::ground::{GlobeCurves, Heights, in_space};
-use crate::report::{CurveSet, Fit};
+use crate::report::{CurveReport, CurveSet, Fit};
 use crate::spline::{Natural, Parametrisation};
 use crate::surface::{Globe, Surface};
 
-impl Fair {
-    /// Fits curves of longitudes and latitudes.
-    pub(super) fn fit_on_globe(&self, globe: Globe, batch: &CurveBatch, device: &Device) -> Result<Fit> {
-        let mut spatial = in_space(globe, batch);
-        if let Some(tangents) = &batch.constraints().tangents {
-            let tangents = Some(on_ground(globe, batch, tangents));
-            spatial = spatial.with_constraints(Constraints { tangents, ..batch.constraints().clone() })?;
-        }
-        let surface: Arc<dyn Surface> = Arc::new(globe.surface());
-        let within = Fair { surface: Some(surface.clone()), ..self.clone() };
-        let (mut curves, reports, did) = within.fit_in::<3>(&spatial, device)?;
-        curves.lie_in(&spatial, &surface);
-        let heights = Heights::new(heights(batch, &curves)?);
-        Ok(Fit::new(GlobeCurves::new(globe, batch, Box::new(curves), heights, &reports), reports, did))
+/// Fits curves of longitudes and latitudes, by a fit of curves in space.
+pub(super) fn fit(
+    fair: &Fair,
+    globe: Globe,
+    batch: &CurveBatch,
+    fit: impl Fn(&Fair, &CurveBatch) -> Result<(FairCurves, Vec<CurveReport>, DeviceReport)>,
+) -> Result<Fit> {
+    let mut spatial = in_space(globe, batch);
+    if let Some(tangents) = &batch.constraints().tangents {
+        let tangents = Some(on_ground(globe, batch, tangents));
+        spatial = spatial.with_constraints(Constraints { tangents, ..batch.constraints().clone() })?;
     }
+    let surface: Arc<dyn Surface> = Arc::new(globe.surface());
+    let within = Fair { surface: Some(surface.clone()), ..fair.clone() };
+    let (mut curves, reports, did) = fit(&within, &spatial)?;
+    curves.lie_in(&spatial, &surface);
+    let heights = Heights::new(heights(batch, &curves)?);
+    Ok(Fit::new(GlobeCurves::new(globe, batch, Box::new(curves), heights, &reports), reports, did))
 }
 
 /// The directions in space of tangents to the east and to the north.

@@ -56,6 +56,19 @@ const CONTRACTION: f64 = 1e-2;
 /// Otherwise −z is taken.
 const DOWNWARDS: f64 = 0.01;
 
+/// What ends the descent of a curve.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bounds {
+    /// The tolerance of the norm of the gradient.
+    pub tolerance: f64,
+    /// The length beyond which a curve has run away.
+    ///
+    /// Infinite where the energy bounds the length.
+    pub longest: f64,
+    /// The most accepted steps.
+    pub most_iterations: u32,
+}
+
 /// The numbers of one curve.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lane<N> {
@@ -66,11 +79,10 @@ pub(crate) struct Lane<N> {
     pub length: N,
     pub iterations: u32,
     pub evaluations: u32,
+    /// See [`Bounds`].
     pub tolerance: N,
-    /// The length beyond which a curve has run away.
-    ///
-    /// Infinite where the energy bounds the length.
     pub longest: N,
+    pub most_iterations: u32,
     /// The most steps without progress before rounding is assumed to dominate.
     pub patience: u32,
     /// Whether a line search keeps edges from changing too much in one step.
@@ -90,7 +102,7 @@ pub(crate) struct Lane<N> {
 
 impl<N: Real + Scalar> Lane<N> {
     /// A curve before its first tick, which evaluates it where it stands.
-    pub(super) fn new(tolerance: f64, longest: f64) -> Self {
+    pub(super) fn new(bounds: &Bounds) -> Self {
         let (zero, infinite) = (N::of(0.0), N::of(f64::INFINITY));
         Lane {
             standing: Standing::Running,
@@ -99,8 +111,9 @@ impl<N: Real + Scalar> Lane<N> {
             length: zero,
             iterations: 0,
             evaluations: 0,
-            tolerance: N::of(tolerance),
-            longest: N::of(longest),
+            tolerance: N::of(bounds.tolerance),
+            longest: N::of(bounds.longest),
+            most_iterations: bounds.most_iterations,
             patience: PATIENCE,
             guarded: true,
             start_energy: zero,
@@ -120,7 +133,7 @@ impl<N: Real + Scalar> Lane<N> {
     /// `slope` is g·p, `smallest` the smallest pivot of H + λL, and `alpha` how much of p is taken. The decrement √(−g·p) is the
     /// gradient in the norm of (H + λL)⁻¹. Where H ≥ L, the norm of H⁻¹ is at most √(1 + λ) times larger. A lane converges
     /// when it is small, or when steps contract so fast that it will be after this one. It takes the step too, if it can.
-    pub(super) fn aim(&mut self, plan: Plan, smallest: N, slope: N, alpha: N) -> bool {
+    pub(super) fn aim(&mut self, smallest: N, slope: N, alpha: N) -> bool {
         if self.standing != Standing::Running {
             return false;
         }
@@ -142,7 +155,7 @@ impl<N: Real + Scalar> Lane<N> {
             Standing::Converged
         } else if self.length > self.longest && self.energy < self.start_energy {
             Standing::Unbounded
-        } else if self.iterations >= plan.most_iterations {
+        } else if self.iterations >= self.most_iterations {
             Standing::Exhausted
         } else {
             Standing::Running
@@ -208,7 +221,7 @@ impl<N: Real + Scalar> Lane<N> {
             self.standing = Standing::Converged;
         } else if self.length > self.longest && self.energy < self.start_energy {
             self.standing = Standing::Unbounded;
-        } else if self.iterations >= plan.most_iterations {
+        } else if self.iterations >= self.most_iterations {
             self.standing = Standing::Exhausted;
         } else if self.falls_short(self.patience) && plan.step == Step::Search {
             self.standing = Standing::Stalled;
@@ -253,8 +266,7 @@ mod tests {
     use super::*;
     use crate::discrete::plan::Direction;
 
-    const PLAN: Plan =
-        Plan { direction: Direction::Newton, step: Step::Search, order: 2, gauge: 0, most_iterations: 100 };
+    const PLAN: Plan = Plan { direction: Direction::Newton, step: Step::Search, order: 2, gauge: 0 };
 
     /// A trial along a direction of this slope, whose energy falls as promised or rises.
     fn trial(slope: f64, falls: bool) -> Trial<f64> {
@@ -264,8 +276,8 @@ mod tests {
 
     /// A running lane at this tolerance, after an undamped full step of this decrement.
     fn lane(tolerance: f64, decrement: f64) -> Lane<f64> {
-        let mut lane = Lane::new(tolerance, f64::INFINITY);
-        assert!(lane.aim(PLAN, 1.0, -decrement * decrement, 1.0));
+        let mut lane = Lane::new(&Bounds { tolerance, longest: f64::INFINITY, most_iterations: 100 });
+        assert!(lane.aim(1.0, -decrement * decrement, 1.0));
         lane
     }
 
@@ -279,7 +291,7 @@ mod tests {
             (1e-9, false, Standing::Converged),
         ] {
             let mut lane = lane(1e-8, 2e-3);
-            assert!(lane.aim(PLAN, 1.0, -decrement * decrement, 1.0));
+            assert!(lane.aim(1.0, -decrement * decrement, 1.0));
             lane.judge(&trial(-decrement * decrement, falls));
             assert_eq!(lane.standing, wanted, "{decrement:e} {falls}");
         }
@@ -293,7 +305,7 @@ mod tests {
             let mut lane = lane(tolerance, 1.0);
             lane.damping.lambda = 1e-2;
             let slope = -0.25 * tolerance * tolerance;
-            assert!(lane.aim(PLAN, 1.0, slope, 1.0));
+            assert!(lane.aim(1.0, slope, 1.0));
             lane.judge(&trial(slope, falls));
             assert_eq!(lane.standing, wanted, "{tolerance:e} {falls}");
         }

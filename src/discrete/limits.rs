@@ -9,8 +9,8 @@ pub(super) use region::Form;
 pub use region::Region;
 use region::first;
 
-use super::apart::Parting;
-use super::energy::{FENCE_KINDS, Fencing, WAYS};
+use super::apart::{Parting, Partings};
+use super::energy::{FENCE_KINDS, FIRST_WAY, Fencing, WAYS};
 use super::problem::Problem;
 use super::setup::Ready;
 use super::walls::{Side, Walls};
@@ -296,17 +296,25 @@ impl Limits {
         ways
     }
 
-    /// What curves are kept with that all have these limits.
-    pub(super) fn fencing<'a, const D: usize>(&self, all: impl Iterator<Item = &'a CurveLimits<D>> + Clone) -> Fencing {
-        let mut fencing = Fencing { ways: self.ways(), ..Fencing::default() };
-        for limits in all {
-            for (kind, slopes) in fencing.kinds.iter_mut().zip(&limits.slopes) {
-                *kind |= !slopes.is_empty();
-            }
-            fencing.stretch |= limits.longest.is_some();
-            fencing.walls = fencing.walls.max(limits.walls.as_ref().map_or(0, Walls::layers));
+    /// What the curves of a batch are kept with, if they have limits. `partings` are between neighbours.
+    pub(super) fn fencing<const D: usize>(
+        &self,
+        batch: &CurveBatch,
+        partings: &Partings,
+        in_surface: bool,
+    ) -> Option<Fencing> {
+        if self.is_empty(batch) {
+            return None;
         }
-        fencing
+        let mut kinds = [false; FENCE_KINDS];
+        kinds[0] = (0..batch.len()).any(|i| self.bounds_curvature(batch, i));
+        kinds[1] = self.shape && D == 2;
+        kinds[2] = self.shape && D == 3;
+        kinds[FIRST_WAY..].iter_mut().zip(&self.monotone).for_each(|(kind, _)| *kind = true);
+        let corridors = usize::from(self.corridor.is_some() || batch.constraints().corridors.is_some());
+        let walls = Walls::<D>::most(self.regions.len() + corridors + partings.most_at_a_vertex());
+        let stretch = self.stretch.is_some();
+        Some(Fencing { kinds, in_surface, ways: self.ways(), walls, stretch })
     }
 }
 

@@ -6,10 +6,10 @@
 //! has let go of them from the start.
 
 use super::curves::Vertices;
-use super::deviation::deviation;
 use super::energy::Energy;
 use super::fair::{Fair, Pins};
 use super::setup::Ready;
+use super::verdict::deviation;
 use crate::Constraints;
 use crate::batch::CurveBatch;
 use crate::bounds::Bounds;
@@ -85,36 +85,34 @@ impl Near {
     }
 }
 
-impl<const D: usize> Ready<D> {
-    /// The report of a curve that stays the spline from which it would have started.
-    pub fn left_as_it_is(
-        self,
-        attached: &Fair,
-        batch: &CurveBatch,
-        i: usize,
-        allowed: f64,
-        iterations: u32,
-    ) -> (CurveReport, Option<Vertices>) {
-        let what = format!(
-            "{iterations} iterations did not lead to a minimum that keeps the deviation of {allowed} and has no loops: the \
-             curve is the spline that they started from, which keeps it; {}",
-            remedy(&attached.energy)
-        );
-        let report = CurveReport {
-            status: CurveStatus::NotConverged,
-            message: Some(batch.sentence(i, 0, &what)),
-            energy: self.problem.energy_of_base(&attached.energy) * self.energy_unit,
-            iterations,
-            gradient_norm: f64::NAN,
-            smoothing: None,
-            gain: None,
-            loops: None,
-            limits: None,
-            max_deviation: deviation(&self.vertices, &self.rows, batch.points(i).as_chunks::<D>().0),
-        };
-        let coords = self.vertices.into_iter().flatten().collect();
-        (report, Some(Vertices { coords, rows: self.rows, corners: vec![], given: vec![], frames: None }))
-    }
+/// The report of a curve that stays the spline from which it would have started, and its vertices.
+pub(super) fn left_as_it_is<const D: usize>(
+    ready: Ready<D>,
+    attached: &Fair,
+    batch: &CurveBatch,
+    i: usize,
+    allowed: f64,
+    iterations: u32,
+) -> (CurveReport, Option<Vertices>) {
+    let what = format!(
+        "{iterations} iterations did not lead to a minimum that keeps the deviation of {allowed} and has no loops: the \
+         curve is the spline that they started from, which keeps it; {}",
+        remedy(&attached.energy)
+    );
+    let report = CurveReport {
+        status: CurveStatus::NotConverged,
+        message: Some(batch.sentence(i, 0, &what)),
+        energy: ready.problem.energy_of_base(&attached.energy) * ready.energy_unit,
+        iterations,
+        gradient_norm: f64::NAN,
+        smoothing: None,
+        gain: None,
+        loops: None,
+        limits: None,
+        max_deviation: deviation(&ready.vertices, &ready.rows, batch.points(i).as_chunks::<D>().0),
+    };
+    let coords = ready.vertices.into_iter().flatten().collect();
+    (report, Some(Vertices { coords, rows: ready.rows, corners: vec![], given: vec![], frames: None }))
 }
 
 /// The remedies for a curve without a minimum near its points, the best first.

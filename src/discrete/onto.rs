@@ -11,40 +11,38 @@ use crate::ground;
 use crate::linalg::scalar::Vector;
 use crate::surface::{Surface, normal};
 
-impl Fair {
-    /// The surface in the coordinates of a problem whose start has these vertices.
-    pub(super) fn local<const D: usize>(&self, vertices: &[Vector<f64, D>], size: f64) -> Option<Local> {
-        let surface = self.surface.clone()?;
-        let (surface, own) = surface.local().unwrap_or((surface, DVec3::ZERO));
-        let origin = std::array::from_fn(|c| if c < D { vertices[0][c] - own[c] } else { 0.0 });
-        Some(Local { surface, origin, size })
-    }
+/// The surface in the coordinates of a problem whose start has these vertices.
+pub(super) fn local<const D: usize>(fair: &Fair, vertices: &[Vector<f64, D>], size: f64) -> Option<Local> {
+    let surface = fair.surface.clone()?;
+    let (surface, own) = surface.local().unwrap_or((surface, DVec3::ZERO));
+    let origin = std::array::from_fn(|c| if c < D { vertices[0][c] - own[c] } else { 0.0 });
+    Some(Local { surface, origin, size })
+}
 
-    /// Checks that curves can be fitted in the surface, if there is one.
-    ///
-    /// # Errors
-    /// Planar curves. Energies of order 3. What is not kept in surfaces. Geodesic bending without a surface.
-    pub(super) fn check_surface(&self, batch: &CurveBatch) -> Result<()> {
-        let refuse = |why: String| Err(Error::Argument(why));
-        let Some(surface) = &self.surface else {
-            return match self.energy.is_geodesic() {
-                true => refuse("geodesic bending is that of curves in a surface: give one, or ask for bending".into()),
-                false => Ok(()),
-            };
+/// Checks that curves can be fitted in the surface, if there is one.
+///
+/// # Errors
+/// Planar curves. Energies of order 3. What is not kept in surfaces. Geodesic bending without a surface.
+pub(super) fn check_surface(fair: &Fair, batch: &CurveBatch) -> Result<()> {
+    let refuse = |why: String| Err(Error::Argument(why));
+    let Some(surface) = &fair.surface else {
+        return match fair.energy.is_geodesic() {
+            true => refuse("geodesic bending is that of curves in a surface: give one, or ask for bending".into()),
+            false => Ok(()),
         };
-        ground::check(batch, &**surface, self.off_surface)?;
-        let constraints = batch.constraints();
-        let what = if self.energy.order() > 2 {
-            "have no variation and no torsion in their energy: ask for geodesic bending"
-        } else if !self.limits.bounds_curvature_alone(batch) || self.limits.stretch.is_some() {
-            "keep no other limits than a largest curvature: leave them out"
-        } else if constraints.curvatures.is_some() {
-            "keep no curvature vectors yet: leave them out"
-        } else {
-            return Ok(());
-        };
-        refuse(format!("curves in {} {what}", surface.name()))
-    }
+    };
+    ground::check(batch, &**surface, fair.off_surface)?;
+    let constraints = batch.constraints();
+    let what = if fair.energy.order() > 2 {
+        "have no variation and no torsion in their energy: ask for geodesic bending"
+    } else if !fair.limits.bounds_curvature_alone(batch) || fair.limits.stretch.is_some() {
+        "keep no other limits than a largest curvature: leave them out"
+    } else if constraints.curvatures.is_some() {
+        "keep no curvature vectors yet: leave them out"
+    } else {
+        return Ok(());
+    };
+    refuse(format!("curves in {} {what}", surface.name()))
 }
 
 /// The vertex after which a curve moved onto a surface is lost: one that is no number, or from which the normal turns by more

@@ -50,6 +50,4 @@ pub(crate) struct Plan {
     pub order: usize,
     /// The kind of the gauge: 0 for none, 1 of differences, 2 of ratios, 3 of second differences.
     pub gauge: usize,
-    /// The most accepted steps.
-    pub most_iterations: u32,
 }

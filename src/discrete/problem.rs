@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use super::descent::Descent;
 use super::edges::Edges;
 use super::energy::{Energy, FENCE_KINDS, Fence, Functional, Hold, MOST_EDGES, WAYS, Wall};
-use super::lane::Standing;
+use super::lane::{Bounds, Standing};
 use super::metric::{Pins, Weights};
 use super::newton::Newton;
 use super::plan::{Direction, Plan};
@@ -34,6 +34,9 @@ const FEW: usize = 8;
 ///
 /// Sliding along itself, and along symmetries of the surface, costs a curve nothing.
 const SLIDING: f64 = 1e-7;
+
+/// See [`Outcome::rest`].
+const AT_REST: f64 = 16.0;
 
 /// One curve with everything that its descent needs, translated and scaled to size 1.
 #[derive(Clone, Debug, Default)]
@@ -77,6 +80,8 @@ pub(crate) struct Problem<const D: usize> {
     ///
     /// Infinite where the energy bounds the length.
     pub longest: f64,
+    /// The most accepted steps.
+    pub most_iterations: u32,
     /// Whether [short edges](super::constrain) give tangents.
     pub has_tangents: bool,
 }
@@ -116,10 +121,65 @@ pub(crate) struct Outcome<const D: usize> {
     pub on_cpu: bool,
 }
 
+impl<const D: usize> Outcome<D> {
+    /// A move without a descent.
+    pub fn moved(displacements: Vec<Vector<f64, D>>) -> Self {
+        Outcome {
+            displacements,
+            standing: Standing::Running,
+            energy: f64::NAN,
+            norm: f64::NAN,
+            iterations: 0,
+            evaluations: 0,
+            on_cpu: false,
+        }
+    }
+
+    /// Appends a descent that started where this one ended.
+    pub fn go_on(&mut self, after: Outcome<D>) {
+        let sum = self.displacements.iter().zip(&after.displacements).map(|(before, after)| add(*before, *after));
+        let displacements = sum.collect();
+        let iterations = self.iterations + after.iterations;
+        let evaluations = self.evaluations + after.evaluations;
+        let on_cpu = self.on_cpu || after.on_cpu;
+        *self = Outcome { displacements, iterations, evaluations, on_cpu, ..after };
+    }
+
+    /// Whether another descent can start from this curve.
+    pub fn leads_on(&self) -> bool {
+        matches!(self.standing, Standing::Converged | Standing::Exhausted | Standing::Stalled)
+    }
+
+    /// Whether the descent ended by rounding or by the number of iterations.
+    pub fn is_short(&self) -> bool {
+        matches!(self.standing, Standing::Exhausted | Standing::Stalled)
+    }
+
+    /// Whether the descent may go on by other means.
+    pub fn is_open(&self) -> bool {
+        matches!(self.standing, Standing::Exhausted | Standing::Stalled | Standing::Unbounded)
+    }
+
+    /// Treats a stalled descent in f32 as converged if its gradient is within [`AT_REST`] tolerances.
+    ///
+    /// Of 1,800 curves with bending in an ellipsoid 14 came to rest above the tolerance, within 4e-7 of their size of the
+    /// result in f64. 13 were within 16 tolerances.
+    pub fn rest(&mut self, tolerance: f64) {
+        if self.standing == Standing::Stalled && self.norm <= AT_REST * tolerance {
+            self.standing = Standing::Converged;
+        }
+    }
+}
+
 impl<const D: usize> Problem<D> {
     /// The number of vertices.
     pub fn vertices(&self) -> usize {
         self.base.len() + usize::from(!self.closed)
+    }
+
+    /// What ends its descent.
+    fn bounds(&self) -> Bounds {
+        Bounds { tolerance: self.tolerance, longest: self.longest, most_iterations: self.most_iterations }
     }
 
     /// Whether nothing holds the curve: neither a pin nor an attachment.
@@ -153,6 +213,13 @@ impl<const D: usize> Problem<D> {
             self.places.get_mut(row).into_iter().for_each(|place| *place = add(*place, *u));
             self.walls.iter_mut().for_each(|walls| walls[row].foot = subtract(walls[row].foot, *u));
         }
+    }
+
+    /// The problem from the curve with these displacements on.
+    pub fn rebased(&self, u: &[Vector<f64, D>]) -> Self {
+        let mut problem = self.clone();
+        problem.rebase(u);
+        problem
     }
 
     /// Whether the polygon with these displacements turns by more than 90° at a vertex.
@@ -204,8 +271,7 @@ impl<const D: usize> Problem<D> {
         let functionals: Vec<&Functional> = energy.terms().iter().map(|(_, functional)| functional).collect();
         // Of inner products order 3 alone changes what counts.
         let order = if energy.order() > 2 { 3 } else { 0 };
-        let plan =
-            Plan { direction: Default::default(), step: Default::default(), order, gauge: 0, most_iterations: 0 };
+        let plan = Plan { direction: Default::default(), step: Default::default(), order, gauge: 0 };
         let mut at_base = start::<f64, D>(&plan, &functionals, &[self]);
         (at_base.energy_without_gauge(), at_base.edges.total_length())
     }
@@ -245,7 +311,7 @@ pub(crate) type Ended<'a, const D: usize> = &'a (dyn Fn(usize, &Outcome<D>) + Sy
 pub(crate) fn descend_on_cpu<const D: usize>(
     plan: &Plan,
     energy: &Energy,
-    problems: &[Problem<D>],
+    problems: &[&Problem<D>],
     ended: Ended<'_, D>,
 ) -> Vec<Outcome<D>> {
     let functionals: Vec<&Functional> = energy.terms().iter().map(|(_, functional)| functional).collect();
@@ -255,7 +321,7 @@ pub(crate) fn descend_on_cpu<const D: usize>(
     for &i in &order {
         match groups.last_mut() {
             Some(group)
-                if group.len() < LANES && problems[i].base.len() <= LONG && problems[group[0]].suits(&problems[i]) =>
+                if group.len() < LANES && problems[i].base.len() <= LONG && problems[group[0]].suits(problems[i]) =>
             {
                 group.push(i);
             }
@@ -268,7 +334,7 @@ pub(crate) fn descend_on_cpu<const D: usize>(
         || (None, None),
         |(in_lanes, alone), k| {
             let group = &groups[k];
-            let members: Vec<&Problem<D>> = group.iter().map(|&i| &problems[i]).collect();
+            let members: Vec<&Problem<D>> = group.iter().map(|&i| problems[i]).collect();
             let outcomes = if members.len() > 1 && has_wide_registers() {
                 descend::<Lanes<f64, LANES>, D>(plan, &functionals, &members, in_lanes)
             } else {
@@ -395,7 +461,7 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
     let weights = Weights { highest: each(&|problem| problem.highest), vertices, attached };
     let terms = functionals.iter().enumerate().map(|(k, f)| (each(&|problem| problem.weights[k]), *f)).collect();
     let gauge = each(&|problem| problem.gauge);
-    let bounds: Vec<(f64, f64)> = (0..S::LANES).map(|l| (lane(l).tolerance, lane(l).longest)).collect();
+    let bounds: Vec<Bounds> = (0..S::LANES).map(|l| lane(l).bounds()).collect();
     let limited = |order: usize| order_of(order, lane(0).closed, lane(0).vertices());
     // The inner product of length and tension as good as solves them. A triangle has no room for
     // the third derivative.

@@ -9,7 +9,7 @@ use super::constrain::{Constrained, bends, constrained, lay_short, repeat};
 use super::division::{components, divide};
 use super::energy::{Energy, Functional, of_spans};
 use super::fair::{Fair, Pins};
-use super::onto::lost_between;
+use super::onto::{local, lost_between};
 use super::problem::{Attached, Outcome, Problem, order_of};
 use crate::batch::CurveBatch;
 use crate::bounds::Bounds;
@@ -34,6 +34,11 @@ const GAUGE: f64 = 1.0;
 /// An exponent ν > 2 would make straight curves infinitely soft.
 const LEAST_CURVATURE: f64 = 0.1;
 
+/// The most edges a span for which f32 has enough digits for bending.
+///
+/// The condition grows as the fourth power of the edges.
+const MOST_EDGES_IN_F32: u32 = 200;
+
 /// A curve this many times as long as its chord polygon has run away.
 ///
 /// A half circle through two points is 1.57 times as long. No curve that converged was seen to
@@ -43,7 +48,7 @@ pub(super) const LONGEST: f64 = 5.0;
 /// A curve that can be descended.
 #[derive(Clone, Debug)]
 pub(crate) struct Ready<const D: usize> {
-    pub problem: Problem<D>,
+    pub problem: Box<Problem<D>>,
     /// Base vertices in units of the input.
     ///
     /// Those of data points are the data.
@@ -133,6 +138,11 @@ impl<const D: usize> Ready<D> {
     pub fn vertices_of(&self, outcome: &Outcome<D>) -> Vec<Vector<f64, D>> {
         let place = |(vertex, u): (&Vector<f64, D>, &Vector<f64, D>)| add(*vertex, scale(self.size, *u));
         self.vertices.iter().zip(&outcome.displacements).map(place).collect()
+    }
+
+    /// Whether f32 has enough digits for its bending.
+    pub fn suits_f32(&self) -> bool {
+        self.rows.windows(2).all(|pair| pair[1] - pair[0] <= MOST_EDGES_IN_F32)
     }
 
     /// The row of a vertex by its number where short edges have one vertex instead of two.
@@ -308,13 +318,15 @@ fn ready<const D: usize>(
         fences: Default::default(),
         walls: Vec::new(),
         places: Vec::new(),
-        surface: fair.local(&vertices, size),
+        surface: local(fair, &vertices, size),
         ways: Default::default(),
         highest,
         curvature,
         tolerance: fair.tolerance,
         longest,
+        most_iterations: fair.max_iterations,
     };
+    let problem = Box::new(problem);
     let mut ready = Ready { problem, vertices, rows, given, size, energy_unit };
     if ready.problem.surface.is_some() {
         ready.place();

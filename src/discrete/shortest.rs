@@ -11,11 +11,12 @@ use dubins::{Dubins, Place};
 use glam::DVec3;
 use headings::{Leg, shortest};
 
-use super::curves::{Fitted, Vertices};
-use super::energy::Functional;
+use super::curves::{FairCurves, Fitted, Vertices};
+use super::energy::{Functional, length};
 use super::fair::{Fair, Segments};
-use super::limits::Span;
+use super::limits::{Limits, Span};
 use super::setup::{Ready, set_up_pieces};
+use super::starts::set_up_at;
 use super::tally::Tally;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::device::Device;
@@ -26,149 +27,156 @@ use crate::precision::Precision;
 use crate::report::{CurveReport, LimitReport};
 use crate::status::CurveStatus;
 
-impl Fair {
-    /// Whether the shortest curves of bounded curvature are asked for.
-    pub(super) fn asks_for_shortest(&self, batch: &CurveBatch) -> bool {
-        self.energy.order() == 1 && !self.limits.is_empty(batch)
-    }
+/// Whether the shortest curves of bounded curvature are asked for.
+pub(super) fn is_asked_for(fair: &Fair, batch: &CurveBatch) -> bool {
+    fair.energy.order() == 1 && !fair.limits.is_empty(batch)
+}
 
-    /// Checks that the shortest curves can be found within what is asked for.
-    ///
-    /// # Errors
-    /// Another energy than length, limits of another kind, curves in space.
-    pub(super) fn check_shortest(&self, batch: &CurveBatch) -> Result<()> {
-        let mut terms = self.energy.terms().iter().filter(|(weight, _)| *weight > 0.0);
-        let is_length = terms.all(|(_, functional)| matches!(functional, Functional::Length(_)));
-        let what = if !is_length || self.deviation.is_some() {
-            "are polygons, which have corners"
-        } else if batch.dimension() == 3 {
-            "with a largest curvature are known in the plane alone"
-        } else if !self.limits.bounds_curvature_alone(batch) {
-            "keep a largest curvature and a largest stretch, and no other limit"
-        } else if batch.constraints().curvatures.is_some() {
-            "turn as tightly as they may or not at all, and keep no curvature vectors"
-        } else {
-            return Ok(());
-        };
-        let ask = "limits ask for an energy that holds bending or variation";
-        Err(Error::argument(format!("curves of least {} {what}: {ask}", self.energy)))
-    }
+/// Checks that the shortest curves can be found within what is asked for.
+///
+/// # Errors
+/// Another energy than length, limits of another kind, curves in space.
+pub(super) fn check(fair: &Fair, batch: &CurveBatch) -> Result<()> {
+    let mut terms = fair.energy.terms().iter().filter(|(weight, _)| *weight > 0.0);
+    let is_length = terms.all(|(_, functional)| matches!(functional, Functional::Length(_)));
+    let what = if !is_length || fair.deviation.is_some() {
+        "are polygons, which have corners"
+    } else if batch.dimension() == 3 {
+        "with a largest curvature are known in the plane alone"
+    } else if !fair.limits.bounds_curvature_alone(batch) {
+        "keep a largest curvature and a largest stretch, and no other limit"
+    } else if batch.constraints().curvatures.is_some() {
+        "turn as tightly as they may or not at all, and keep no curvature vectors"
+    } else {
+        return Ok(());
+    };
+    let ask = "limits ask for an energy that holds bending or variation";
+    Err(Error::argument(format!("curves of least {} {what}: {ask}", fair.energy)))
+}
 
-    /// Finds the shortest curves of bounded curvature.
-    pub(super) fn fit_shortest<const D: usize>(
-        &self,
-        batch: &CurveBatch,
-        kept: &[[bool; 2]],
-        device: &Device,
-        tally: &Tally<'_>,
-    ) -> Result<Fitted> {
-        let ready = set_up_pieces::<D>(self, batch, kept)?;
-        let found = parallel::map(ready.len(), 1, |i| {
-            let found = match &ready[i] {
-                Ok(ready) => self.shortest(batch, i, ready),
-                Err(problem) => Err(problem.clone()),
-            };
-            tally.finished(i);
-            match found {
-                Ok((report, vertices)) => (report, Ok(vertices)),
-                Err(Unfitted { status, message }) => {
-                    (CurveReport::unfitted(status, message), Err(batch.points(i).to_vec()))
-                }
-            }
-        });
-        let mut device = device.report_of(Precision::F64);
-        if device.is_gpu {
-            device.finished_on_cpu = ready.iter().filter(|ready| ready.is_ok()).count();
-        }
-        let (reports, curves) = found.into_iter().unzip();
-        Ok(Fitted { curves, reports, device })
-    }
-
-    fn shortest<const D: usize>(
-        &self,
-        batch: &CurveBatch,
-        i: usize,
-        ready: &Ready<D>,
-    ) -> std::result::Result<(CurveReport, Vertices), Unfitted> {
-        let points = batch.points(i).as_chunks::<D>().0;
-        let spans = self.limits.spans_of(batch, i, &ready.rows);
-        let leg = |(span, bound): &(Span, f64)| {
-            let [from, to] = [span.point, span.next].map(|k| points[k]);
-            let chord = std::array::from_fn(|c| (to[c] - from[c]) / ready.size);
-            Leg { chord, radius: 1.0 / (bound * ready.size) }
+/// Finds the shortest curves of bounded curvature.
+pub(super) fn fit<const D: usize>(
+    fair: &Fair,
+    batch: &CurveBatch,
+    kept: &[[bool; 2]],
+    device: &Device,
+    tally: &Tally<'_>,
+) -> Result<Fitted> {
+    let ready = set_up_pieces::<D>(fair, batch, kept)?;
+    let found = parallel::map(ready.len(), 1, |i| {
+        let found = match &ready[i] {
+            Ok(ready) => fit_one(fair, batch, i, ready),
+            Err(problem) => Err(problem.clone()),
         };
-        let legs: Vec<Leg> = spans.iter().map(leg).collect();
-        let starts = spans.iter().map(|(span, _)| span.rows[0]);
-        let end = (!batch.is_closed(i)).then(|| ready.vertices.len() - 1);
-        let given: Vec<Option<f64>> = starts.chain(end).map(|row| direction(batch, i, ready, row)).collect();
-        let Some((paths, rounds)) = shortest(&legs, &given) else {
-            let what = "the shortest curve of bounded curvature leaves the range of the numbers, since its circles are too large for \
-                        its points: allow a larger curvature";
-            return Err(Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, 0, what) });
-        };
-        let length = ready.size * paths.iter().map(Dubins::length).sum::<f64>();
-        let chords: f64 = batch.chords(i).sum();
-        let (vertices, active) = self.laid(batch, i, ready, &paths);
-        let energy = self.energy.terms().iter().map(|(weight, _)| weight * length).sum();
-        let stretch = length / chords;
-        let violation = self.limits.stretch.map_or(0.0, |most| (stretch / most - 1.0).max(0.0));
-        let mut report = CurveReport {
-            iterations: rounds,
-            limits: Some(LimitReport { violation, active, cost: stretch - 1.0, stretch, neighbours: 0, touching: 0 }),
-            ..CurveReport::solved(energy)
-        };
-        if violation > 0.0 {
-            let what = format!(
-                "the shortest curve of bounded curvature through its points is {stretch:.6} times as long as their polygon: \
-                 allow a stretch of {:.6}, or a larger curvature",
-                stretch * (1.0 + 1e-6)
-            );
-            (report.status, report.message) = (CurveStatus::Infeasible, Some(batch.sentence(i, 0, &what)));
-        }
-        Ok((report, vertices))
-    }
-
-    /// The vertices along paths, at equal lengths in every span, and the number of those within turns.
-    fn laid<const D: usize>(
-        &self,
-        batch: &CurveBatch,
-        i: usize,
-        ready: &Ready<D>,
-        paths: &[Dubins],
-    ) -> (Vertices, usize) {
-        let points = batch.points(i).as_chunks::<D>().0;
-        let (mut coords, mut rows, mut frames, mut active) = (Vec::new(), Vec::new(), Vec::new(), 0);
-        let spatial = |[x, y]: Vector<f64, 2>| DVec3::new(x, y, 0.0);
-        let frame = |place: &Place| (spatial(place.tangent), spatial(place.bend) / ready.size);
-        let mut own = paths.iter();
-        for (k, ends) in ready.rows.windows(2).enumerate() {
-            rows.push(frames.len() as u32);
-            if ends[0] == ends[1] {
-                continue;
-            }
-            let path = own.next().expect("a path for every span that has edges");
-            let length = path.length();
-            let edges = match self.segments {
-                Segments::PerSpan(n) => n,
-                Segments::Spacing(spacing) => {
-                    (length * ready.size / spacing).ceil().clamp(1.0, Segments::MOST_VERTICES as f64) as usize
-                }
-            };
-            for n in 0..edges {
-                let place = path.place(length * n as f64 / edges as f64);
-                let at: Vector<f64, D> = std::array::from_fn(|c| place.at[c]);
-                coords.extend(add(points[k], scale(ready.size, at)));
-                frames.push(frame(&place));
-                active += usize::from(n > 0 && place.turns);
+        tally.finished(i);
+        match found {
+            Ok((report, vertices)) => (report, Ok(vertices)),
+            Err(Unfitted { status, message }) => {
+                (CurveReport::unfitted(status, message), Err(batch.points(i).to_vec()))
             }
         }
+    });
+    let mut device = device.report_of(Precision::F64);
+    if device.is_gpu {
+        device.finished_on_cpu = ready.iter().filter(|ready| ready.is_ok()).count();
+    }
+    let (reports, curves) = found.into_iter().unzip();
+    Ok(Fitted { curves, reports, device })
+}
+
+fn fit_one<const D: usize>(
+    fair: &Fair,
+    batch: &CurveBatch,
+    i: usize,
+    ready: &Ready<D>,
+) -> std::result::Result<(CurveReport, Vertices), Unfitted> {
+    let points = batch.points(i).as_chunks::<D>().0;
+    let spans = fair.limits.spans_of(batch, i, &ready.rows);
+    let leg = |(span, bound): &(Span, f64)| {
+        let [from, to] = [span.point, span.next].map(|k| points[k]);
+        let chord = std::array::from_fn(|c| (to[c] - from[c]) / ready.size);
+        Leg { chord, radius: 1.0 / (bound * ready.size) }
+    };
+    let legs: Vec<Leg> = spans.iter().map(leg).collect();
+    let starts = spans.iter().map(|(span, _)| span.rows[0]);
+    let end = (!batch.is_closed(i)).then(|| ready.vertices.len() - 1);
+    let given: Vec<Option<f64>> = starts.chain(end).map(|row| direction(batch, i, ready, row)).collect();
+    let Some((paths, rounds)) = shortest(&legs, &given) else {
+        let what = "the shortest curve of bounded curvature leaves the range of the numbers, since its circles are too large for \
+                    its points: allow a larger curvature";
+        return Err(Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, 0, what) });
+    };
+    let length = ready.size * paths.iter().map(Dubins::length).sum::<f64>();
+    let chords: f64 = batch.chords(i).sum();
+    let (vertices, active) = laid(fair, batch, i, ready, &paths);
+    let energy = fair.energy.terms().iter().map(|(weight, _)| weight * length).sum();
+    let stretch = length / chords;
+    let violation = fair.limits.stretch.map_or(0.0, |most| (stretch / most - 1.0).max(0.0));
+    let mut report = CurveReport {
+        iterations: rounds,
+        limits: Some(LimitReport { violation, active, cost: stretch - 1.0, stretch, neighbours: 0, touching: 0 }),
+        ..CurveReport::solved(energy)
+    };
+    if violation > 0.0 {
+        let what = format!(
+            "the shortest curve of bounded curvature through its points is {stretch:.6} times as long as their polygon: \
+             allow a stretch of {:.6}, or a larger curvature",
+            stretch * (1.0 + 1e-6)
+        );
+        (report.status, report.message) = (CurveStatus::Infeasible, Some(batch.sentence(i, 0, &what)));
+    }
+    Ok((report, vertices))
+}
+
+/// The vertices along paths, at equal lengths in every span, and the number of those within turns.
+fn laid<const D: usize>(
+    fair: &Fair,
+    batch: &CurveBatch,
+    i: usize,
+    ready: &Ready<D>,
+    paths: &[Dubins],
+) -> (Vertices, usize) {
+    let points = batch.points(i).as_chunks::<D>().0;
+    let (mut coords, mut rows, mut frames, mut active) = (Vec::new(), Vec::new(), Vec::new(), 0);
+    let spatial = |[x, y]: Vector<f64, 2>| DVec3::new(x, y, 0.0);
+    let frame = |place: &Place| (spatial(place.tangent), spatial(place.bend) / ready.size);
+    let mut own = paths.iter();
+    for (k, ends) in ready.rows.windows(2).enumerate() {
         rows.push(frames.len() as u32);
-        if let (false, Some(last)) = (batch.is_closed(i), paths.last()) {
-            coords.extend(points[points.len() - 1]);
-            frames.push(frame(&last.place(last.length())));
+        if ends[0] == ends[1] {
+            continue;
         }
-        (Vertices { coords, rows, corners: vec![], given: vec![], frames: Some(frames) }, active)
+        let path = own.next().expect("a path for every span that has edges");
+        let length = path.length();
+        let edges = match fair.segments {
+            Segments::PerSpan(n) => n,
+            Segments::Spacing(spacing) => {
+                (length * ready.size / spacing).ceil().clamp(1.0, Segments::MOST_VERTICES as f64) as usize
+            }
+        };
+        for n in 0..edges {
+            let place = path.place(length * n as f64 / edges as f64);
+            let at: Vector<f64, D> = std::array::from_fn(|c| place.at[c]);
+            coords.extend(add(points[k], scale(ready.size, at)));
+            frames.push(frame(&place));
+            active += usize::from(n > 0 && place.turns);
+        }
     }
+    rows.push(frames.len() as u32);
+    if let (false, Some(last)) = (batch.is_closed(i), paths.last()) {
+        coords.extend(points[points.len() - 1]);
+        frames.push(frame(&last.place(last.length())));
+    }
+    (Vertices { coords, rows, corners: vec![], given: vec![], frames: Some(frames) }, active)
+}
+
+/// The shortest curve of a largest curvature through the points of curve `i`, to start from.
+pub(super) fn start<const D: usize>(fair: &Fair, batch: &CurveBatch, i: usize, kept: [bool; 2]) -> Option<FairCurves> {
+    let limits = Limits { curvature: fair.limits.curvature, ..Limits::default() };
+    let shortest = Fair { energy: length(), limits, ..fair.clone() };
+    let ready = set_up_at::<D>(&shortest, batch, i, kept, 0).ok()?;
+    let (_, vertices) = fit_one(&shortest, batch, i, &ready).ok()?;
+    Some(FairCurves::new(&batch.select(&[i]), vec![Ok(vertices)], Default::default()))
 }
 
 /// The angle of the tangent given at a vertex.

@@ -28,10 +28,9 @@ pub(super) fn set_up_at<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,
     i: usize,
-    kept: &[[bool; 2]],
+    kept: [bool; 2],
     start: u32,
 ) -> Result<Ready<D>, Unfitted> {
-    let kept = kept.get(i).copied().unwrap_or_default();
     if start > 0 {
         return set_up_on(fair, batch, i, kept, &Hermite::start::<D>(batch, i, start, fair.seed));
     }

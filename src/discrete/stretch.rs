@@ -4,7 +4,8 @@
 //! Its length falls as w grows. The multiplier of the limit is the w at which it is L. It is sought by secants through
 //! the last two, of the length over ln w.
 
-use super::fences::MARGIN;
+use super::fences::{ENOUGH, MARGIN};
+use super::multipliers::Multipliers;
 use super::problem::Problem;
 
 /// The first weight, in units of E/L for each part by which the curve is too long.
@@ -35,28 +36,39 @@ pub(super) struct Stretch {
 
 impl Stretch {
     /// The limit of a curve of this energy, which goes on from a least one or not.
-    pub fn new(longest: f64, energy: f64, is_least: bool) -> Self {
+    pub fn new<const D: usize>(longest: f64, energy: f64, is_least: bool, problem: &mut Problem<D>) -> Self {
         let unit = energy / longest;
         let weight = if is_least { 0.0 } else { unit };
+        weigh(problem, weight);
         Stretch { most: longest * (1.0 - MARGIN), weight, unit, before: None, violation: f64::INFINITY }
     }
+}
 
-    pub fn weight(&self) -> f64 {
-        self.weight
-    }
+/// Weighs the length, the last term of the energy.
+fn weigh<const D: usize>(problem: &mut Problem<D>, weight: f64) {
+    *problem.weights.last_mut().expect("the term of the length") = weight;
+}
 
+impl<const D: usize> Multipliers<D> for Stretch {
     /// The part of the length by which the limit is missed, or by which the curve is held back without need.
-    pub fn violation(&self) -> f64 {
+    fn violation(&self) -> f64 {
         self.violation
     }
 
+    fn is_settled(&self) -> bool {
+        self.violation <= ENOUGH * MARGIN
+    }
+
     /// Whether no weight makes the curve short enough.
-    pub fn is_given_up(&self) -> bool {
+    fn is_given_up(&self) -> bool {
         self.weight > MOST * self.unit
     }
 
-    /// Takes the next weight, where the curve stands at its base.
-    pub fn press<const D: usize>(&mut self, problem: &Problem<D>) {
+    fn energy(&self, problem: &Problem<D>) -> f64 {
+        self.weight * problem.length()
+    }
+
+    fn update(&mut self, problem: &mut Problem<D>) {
         let excess = problem.length() / self.most - 1.0;
         self.violation = if self.weight > 0.0 { excess.abs() } else { excess.max(0.0) };
         let now = [self.weight, excess];
@@ -72,5 +84,6 @@ impl Stretch {
         };
         self.before = Some(now);
         self.weight = if next < LEAST * self.unit { 0.0 } else { next };
+        weigh(problem, self.weight);
     }
 }

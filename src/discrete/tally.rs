@@ -15,11 +15,6 @@ impl<'a> Tally<'a> {
         Tally(Box::new(|_| device.finished(1)))
     }
 
-    /// A tally that counts nothing.
-    pub fn none() -> Self {
-        Tally(Box::new(|_| {}))
-    }
-
     /// A tally of pieces.
     ///
     /// `curves` holds the curve of each piece.

@@ -10,15 +10,12 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::curves::Vertices;
-use super::fair::Fair;
 use super::lane::Standing;
+use super::minimise::minimise;
 use super::problem::Outcome;
+use super::queue::{CurveFit, Goal};
 use super::setup::Ready;
-use crate::Unfitted;
-use crate::device::Device;
-use crate::error::Result;
 use crate::linalg::scalar::{Vector, dot, subtract};
-use crate::parallel;
 use crate::topology::crossings::{Line, crossings};
 
 /// Rounds at most. After so many a width of h/10 is at its least.
@@ -42,65 +39,45 @@ pub(super) fn message(spans: &[usize]) -> String {
     )
 }
 
-/// What became of curves that crossed.
+/// What became of a curve that may have crossed itself.
+#[derive(Default)]
 pub(super) struct Untangled {
-    /// The spans that were drawn tauter, for every curve that is ready.
-    pub tauter: Vec<Vec<usize>>,
-    /// The curves that may cross yet, by their numbers among those that are ready.
-    pub left: Vec<usize>,
+    /// The spans that were drawn tauter, increasing.
+    pub tauter: Vec<usize>,
+    /// Whether it may cross itself yet.
+    pub may_cross: bool,
 }
 
 /// Draws spans tauter that cross where their points do not.
 ///
-/// `outcomes` are those of the curves that are ready, in their order. A curve that does not converge
-/// when it is drawn tauter stays as it was.
-pub(super) fn untangle<const D: usize>(
-    fair: &Fair,
-    ready: &mut [Result<Ready<D>, Unfitted>],
-    outcomes: &mut [Outcome<D>],
-    device: &Device,
-) -> Result<Untangled> {
-    let mut found = Untangled { tauter: vec![vec![]; outcomes.len()], left: vec![] };
-    if D != 2 || !fair.energy.is_taut() {
-        return Ok(found);
+/// A curve that does not converge when it is drawn tauter stays as it was.
+pub(super) async fn untangle<const D: usize>(
+    curve: &CurveFit<'_, D>,
+    ready: &mut Ready<D>,
+    outcome: &mut Outcome<D>,
+) -> Untangled {
+    let mut found = Untangled::default();
+    if D != 2 || !curve.fair.energy.is_taut() {
+        return found;
     }
-    let fair = Fair { max_iterations: fair.max_iterations.min(MOST_ITERATIONS), ..fair.clone() };
-    let mut curves: Vec<&mut Ready<D>> = ready.iter_mut().flatten().collect();
-    let mut suspects: Vec<usize> = (0..curves.len()).collect();
     for _ in 0..ROUNDS {
-        let spans = parallel::map(suspects.len(), 64, |s| curves[suspects[s]].tangled(&outcomes[suspects[s]]));
-        let (mut tangled, mut trials) = (Vec::new(), Vec::new());
-        for (k, spans) in suspects.drain(..).zip(spans).filter(|(_, spans)| !spans.is_empty()) {
-            match curves[k].tauter(&spans, &outcomes[k]) {
-                Some(trial) => {
-                    tangled.push((k, spans));
-                    trials.push(Ok(trial));
-                }
-                None => found.left.push(k),
-            }
-        }
-        if tangled.is_empty() {
+        let spans = ready.tangled(outcome);
+        found.may_cross = !spans.is_empty();
+        let Some(mut trial) = ready.tauter(&spans, outcome) else { break };
+        let most = trial.problem.most_iterations;
+        trial.problem.most_iterations = most.min(MOST_ITERATIONS);
+        let (trial, after) = Box::pin(minimise(curve, trial, Goal::Free)).await;
+        if after.standing != Standing::Converged {
+            outcome.iterations += after.iterations;
             break;
         }
-        let (after, _) = fair.descend(&mut trials, device, &|_, _| {})?;
-        for (((k, spans), trial), after) in tangled.into_iter().zip(trials.into_iter().flatten()).zip(after) {
-            if after.standing == Standing::Converged {
-                curves[k].problem.taut = trial.problem.taut;
-                outcomes[k].go_on(after);
-                found.tauter[k].extend(spans);
-                suspects.push(k);
-            } else {
-                outcomes[k].iterations += after.iterations;
-                found.left.push(k);
-            }
-        }
+        ready.problem.taut = trial.problem.taut;
+        outcome.go_on(after);
+        found.tauter.extend(spans);
     }
-    found.left.extend(suspects);
-    found.tauter.iter_mut().for_each(|spans| {
-        spans.sort_unstable();
-        spans.dedup();
-    });
-    Ok(found)
+    found.tauter.sort_unstable();
+    found.tauter.dedup();
+    found
 }
 
 impl<const D: usize> Ready<D> {
@@ -202,10 +179,11 @@ fn is_simple<const D: usize>(vertices: &[Vector<f64, D>], closed: bool) -> bool 
 
 #[cfg(test)]
 mod tests {
+    use super::super::problem::descend_on_cpu;
     use super::super::setup::set_up;
-    use super::super::{bending, tautness};
+    use super::super::{Fair, bending, tautness};
     use super::*;
-    use crate::{CurveBatch, CurveStatus};
+    use crate::{CurveBatch, CurveStatus, Device};
 
     /// The north-east of an island: a cape that is long and narrow, and an edge that comes near it.
     const CAPE: [[f64; 2]; 7] = [
@@ -231,13 +209,13 @@ mod tests {
     fn spans_that_cross_where_their_points_do_not_are_drawn_tauter_until_they_do_not() {
         let fair = Fair { energy: bending(2.0) + 0.5 * tautness(), ..Fair::default() };
         let batch = CurveBatch::from_slices(&[&CAPE[..], &GENTLE[..], &EIGHT[..]]).unwrap();
-        let mut ready = set_up::<2>(&fair, &batch).unwrap();
-        let (outcomes, _) = fair.descend(&mut ready, &Device::cpu(), &|_, _| {}).unwrap();
-        let before: Vec<usize> = ready
-            .iter()
-            .zip(&outcomes)
-            .map(|(ready, outcome)| edges_that_cross(&ready.as_ref().unwrap().vertices_of(outcome), false).len())
-            .collect();
+        let plan = fair.plan(&fair.energy);
+        let mut before = Vec::new();
+        for ready in set_up::<2>(&fair, &batch).unwrap() {
+            let ready = ready.unwrap();
+            let outcomes = descend_on_cpu(&plan, &fair.energy, &[&ready.problem], &|_, _| {});
+            before.push(edges_that_cross(&ready.vertices_of(&outcomes[0]), false).len());
+        }
         assert!(before[0] > 0 && before[1] == 0 && before[2] > 0, "{before:?}");
 
         let (fit, samples) = fair.fit_sampled(&batch, crate::Sampling::PerSpan(16), &Device::cpu()).unwrap();

@@ -1,7 +1,6 @@
 //! The verdict on a curve: its report, with a sentence where it did not converge.
 
 use super::curves::Vertices;
-use super::deviation::deviation;
 use super::fair::Fair;
 use super::lane::Standing;
 use super::problem::Outcome;
@@ -131,6 +130,12 @@ impl Fair {
             "add tautness to the energy, such as tautness=1"
         }
     }
+}
+
+/// The largest distance from a data point to its vertex.
+pub(super) fn deviation<const D: usize>(vertices: &[Vector<f64, D>], rows: &[u32], points: &[Vector<f64, D>]) -> f64 {
+    let away = |(point, &row): (&Vector<f64, D>, &u32)| distance(vertices[row as usize % vertices.len()], *point);
+    points.iter().zip(rows).map(away).fold(0.0, f64::max)
 }
 
 /// The length of a polygon.

@@ -59,7 +59,7 @@ impl<const D: usize> Walls<D> {
         let mut own = vec![vec![]; if sides.is_empty() { 0 } else { vertices }];
         sides.iter().enumerate().for_each(|(k, side)| own[side.row].push(k));
         let most = own.iter().map(Vec::len).max().unwrap_or(0);
-        let layers = MOST.min(regions.len() + usize::from(!corridors.is_empty()) + most);
+        let layers = Self::most(regions.len() + usize::from(!corridors.is_empty()) + most);
         Walls {
             regions,
             spans,
@@ -72,8 +72,13 @@ impl<const D: usize> Walls<D> {
         }
     }
 
+    /// How many walls a vertex has at most, of this many regions.
+    pub fn most(regions: usize) -> usize {
+        MOST.min(regions)
+    }
+
     /// How many walls a vertex has at most.
-    pub fn layers(&self) -> usize {
+    fn layers(&self) -> usize {
         self.chosen.len()
     }
 

@@ -233,6 +233,7 @@ impl Minimisation {
             highest: 1.0,
             curvature: 1.0,
             tolerance: self.tolerance,
+            most_iterations: self.max_iterations,
             longest: f64::INFINITY,
         }
     }
@@ -250,7 +251,7 @@ impl Minimisation {
         vertices: &[[f64; D]],
         mut observe: impl FnMut(Iterate<'_, D>),
     ) -> Minimised<D> {
-        let plan = Plan { direction, step, order, gauge: 0, most_iterations: self.max_iterations };
+        let plan = Plan { direction, step, order, gauge: 0 };
         let problem = self.problem(vertices);
         let mut descent = start::<S, D>(&plan, &self.functionals(), &[&problem]);
         let lane = &mut descent.lanes[0];
@@ -286,13 +287,7 @@ impl Minimisation {
 
     /// Newton's method with full steps.
     fn newton<const D: usize>(&self, vertices: &[[f64; D]], mut observe: impl FnMut(Iterate<'_, D>)) -> Minimised<D> {
-        let plan = Plan {
-            direction: Direction::Steepest,
-            step: Step::Constant(1.0),
-            order: 0,
-            gauge: 0,
-            most_iterations: self.max_iterations,
-        };
+        let plan = Plan { direction: Direction::Steepest, step: Step::Constant(1.0), order: 0, gauge: 0 };
         let problem = self.problem(vertices);
         let Descent { mut edges, pins, weights, terms, mut u, .. } =
             start::<f64, D>(&plan, &self.functionals(), &[&problem]);

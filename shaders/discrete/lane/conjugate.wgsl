@@ -24,7 +24,7 @@ fn turn(lane: ptr<function, Lane>, curve: Curve, solved: Solved) {
         (*lane).standing = STANDING_CONVERGED;
     } else if (has_run_away(lane, curve)) {
         (*lane).standing = STANDING_UNBOUNDED;
-    } else if ((*lane).iterations >= params.most_iterations) {
+    } else if ((*lane).iterations >= states[curve.slot].most_iterations) {
         (*lane).standing = STANDING_EXHAUSTED;
     } else if (falls_short(lane, norm, PATIENCE)) {
         (*lane).standing = STANDING_STALLED;

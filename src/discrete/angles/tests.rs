@@ -30,7 +30,7 @@ fn points(closed: bool, rng: &mut StdRng, sigma: f64) -> Vec<[f64; 2]> {
 fn problem(energy: &Energy, points: &[[f64; 2]], closed: bool, segments: usize) -> Problem<2> {
     let batch = CurveBatch::from_slices(&[points]).unwrap().closed(closed);
     let fair = Fair { energy: energy.clone(), segments: Segments::PerSpan(segments), ..Fair::default() };
-    set_up::<2>(&fair, &batch).unwrap().remove(0).unwrap().problem
+    *set_up::<2>(&fair, &batch).unwrap().remove(0).unwrap().problem
 }
 
 /// The start with every unknown moved a little.
@@ -167,20 +167,13 @@ fn a_circle_is_where_points_of_a_circle_lead() {
 fn where_newton_at_the_vertices_converges_angles_lead_to_the_same_energies() {
     let mut rng = StdRng::seed_from_u64(5);
     let energy = variation() + 0.1 * length();
-    let plan = plan::Plan {
-        direction: plan::Direction::Newton,
-        step: plan::Step::Search,
-        order: 3,
-        gauge: 3,
-        most_iterations: 60,
-    };
+    let plan = plan::Plan { direction: plan::Direction::Newton, step: plan::Step::Search, order: 3, gauge: 3 };
     for (closed, sigma) in [(false, 0.2), (false, 0.6), (true, 0.1)] {
         let (mut both, mut same) = (0, 0);
         for _ in 0..40 {
             let problem = problem(&energy, &points(closed, &mut rng, sigma), closed, 16);
             let of = |problem: &Problem<2>| {
-                crate::discrete::problem::descend_on_cpu(&plan, &energy, std::slice::from_ref(problem), &|_, _| {})
-                    .remove(0)
+                crate::discrete::problem::descend_on_cpu(&plan, &energy, &[problem], &|_, _| {}).remove(0)
             };
             let found: Found<2> = Angles::of(&energy, &problem).unwrap().descend(&problem, 60);
             let vertices = of(&problem);

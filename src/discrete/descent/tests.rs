@@ -55,11 +55,12 @@ fn run(energy: &super::super::Energy, batch: &CurveBatch, n: usize, order: usize
     let mut h = 0.0;
     bases[0].iter().for_each(|e| h += dot(*e, *e).sqrt() / m as f64);
     let gauge = Four::of(2.0 * h.powi(if order == 3 { -5 } else { -1 }));
-    let plan = Plan { direction: Direction::Hybrid, step: Step::Search, order, gauge: order, most_iterations: 2000 };
+    let plan = Plan { direction: Direction::Hybrid, step: Step::Search, order, gauge: order };
     let terms = energy.terms().iter().map(|(w, f)| (Four::of(*w), f)).collect();
     let weights = Weights { highest: Four::of(2.0), vertices, attached: false };
     let pins = Pins { movable, rows };
-    let mut descent = Descent::new(plan, edges, pins, weights, terms, gauge, vec![], &[(1e-8, f64::INFINITY); 4]);
+    let bounds = Bounds { tolerance: 1e-8, longest: f64::INFINITY, most_iterations: 2000 };
+    let mut descent = Descent::new(plan, edges, pins, weights, terms, gauge, vec![], &[bounds; 4]);
     while descent.is_running() {
         descent.tick();
     }

@@ -102,13 +102,13 @@ impl<const D: usize> Job<'_, D> {
         let mut layout = Layout { table: vec![], pins: vec![], turns: vec![], fixed: 0, displacements: 0, work: 0 };
         let side = self.way.side();
         for group in curves.chunks(side) {
-            let members = || group.iter().map(|&i| &self.run.problems[i]);
+            let members = || group.iter().map(|&i| self.run.problems[i]);
             let rows = members().map(Problem::vertices).max().unwrap_or(0);
             let pins = members().map(|problem| problem.pinned.len()).max().unwrap_or(0);
             layout.work +=
                 if members().any(|problem| problem.closed) { self.border_numbers() * rows * side } else { 0 };
             for (place, &i) in group.iter().enumerate() {
-                let problem = &self.run.problems[i];
+                let problem = self.run.problems[i];
                 layout.table.push(DescentCurve {
                     fixed_start: (layout.fixed + place) as u32,
                     displacement_start: (layout.displacements + place) as u32,
@@ -164,7 +164,7 @@ impl<const D: usize> Job<'_, D> {
         // Numbers that the kernel must write first are NaN, so that a read before is noticed.
         let mut given = vec![f64::NAN; curves.len() * numbers];
         let ends: Vec<usize> = (0..=curves.len()).map(|slot| slot * numbers).collect();
-        parallel::parts(&mut given, &ends, |slot, given| self.give(&self.run.problems[curves[slot]], given));
+        parallel::parts(&mut given, &ends, |slot, given| self.give(self.run.problems[curves[slot]], given));
         let side = self.way.side();
         let mut fixed = vec![0.0; layout.fixed];
         // A group begins where its first curve does.
@@ -172,7 +172,7 @@ impl<const D: usize> Job<'_, D> {
         let ends: Vec<usize> = starts.chain([layout.fixed]).collect();
         parallel::parts(&mut fixed, &ends, |group, fixed| {
             for (place, &i) in curves.chunks(side).nth(group).expect("a group of the layout").iter().enumerate() {
-                self.fix(&self.run.problems[i], place, fixed);
+                self.fix(self.run.problems[i], place, fixed);
             }
         });
         (given, fixed)

@@ -41,11 +41,15 @@ fn conjugate() -> Fair {
 }
 
 fn plan_of(fair: &Fair) -> Plan {
-    fair.plan()
+    fair.plan(&fair.energy)
 }
 
 fn problems<const D: usize>(fair: &Fair, batch: &CurveBatch) -> Vec<Problem<D>> {
-    set_up::<D>(fair, batch).unwrap().into_iter().map(|ready| ready.unwrap().problem).collect()
+    set_up::<D>(fair, batch).unwrap().into_iter().map(|ready| *ready.unwrap().problem).collect()
+}
+
+fn refs<const D: usize>(problems: &[Problem<D>]) -> Vec<&Problem<D>> {
+    problems.iter().collect()
 }
 
 /// With a tolerance that rounding in f32 lets all curves here reach: it leaves about 1.1 ε √E/h,
@@ -70,9 +74,9 @@ struct Agreement {
 fn compare<const D: usize>(gpu: &Gpu, precision: Precision, fair: &Fair, batch: &CurveBatch) -> Agreement {
     let plan = plan_of(fair);
     let exact = problems::<D>(fair, batch);
-    let wanted = descend_on_cpu(&plan, &fair.energy, &exact, &|_, _| {});
+    let wanted = descend_on_cpu(&plan, &fair.energy, &refs(&exact), &|_, _| {});
     let own = loosened(&exact, precision);
-    let found = descend_on_gpu(gpu, precision, &plan, &fair.energy, &own, &|_, _| {}).unwrap();
+    let found = descend_on_gpu(gpu, precision, &plan, &fair.energy, &refs(&own), &|_, _| {}).unwrap();
     let mut agreement = Agreement { vertices: 0.0, energy: 0.0, most_iterations: 0, mean_evaluations: 0.0 };
     for (i, (wanted, found)) in wanted.iter().zip(&found).enumerate() {
         assert_eq!(
@@ -155,14 +159,15 @@ fn every_direction_and_steps_of_constant_size_lead_to_the_same_curves() {
         (Direction::Steepest, Step::Constant(0.3), 2),
         (Direction::Hybrid, Step::Search, 0),
     ];
-    let fair = Fair { energy: bending(2.0) + length(), segments: Segments::PerSpan(2), ..conjugate() };
+    let energy = bending(2.0) + length();
+    let fair = Fair { energy, segments: Segments::PerSpan(2), max_iterations: 20_000, ..conjugate() };
     let batch = batch::<2>(&RAGGED, |i| i % 3 == 0, 41);
     let problems = problems::<2>(&fair, &batch);
     for (direction, step, order) in plans {
-        let plan = Plan { direction, step, order, most_iterations: 20_000, ..plan_of(&fair) };
-        let wanted = descend_on_cpu(&plan, &fair.energy, &problems, &|_, _| {});
+        let plan = Plan { direction, step, order, ..plan_of(&fair) };
+        let wanted = descend_on_cpu(&plan, &fair.energy, &refs(&problems), &|_, _| {});
         for precision in precisions(&gpu).into_iter().filter(|p| *p == Precision::F64) {
-            let found = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &problems, &|_, _| {}).unwrap();
+            let found = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &refs(&problems), &|_, _| {}).unwrap();
             for (i, (wanted, found)) in wanted.iter().zip(&found).enumerate() {
                 let name = format!("{direction:?} {step:?} order {order}, curve {i}");
                 assert_eq!((wanted.standing, found.standing), (Standing::Converged, Standing::Converged), "{name}");
@@ -184,7 +189,7 @@ fn single_precision_takes_the_steps_of_its_twin() {
     let problems = loosened(&problems, Precision::F32);
     let plan = plan_of(&fair);
     let functionals: Vec<_> = fair.energy.terms().iter().map(|(_, functional)| functional).collect();
-    let found = descend_on_gpu(&gpu, Precision::F32, &plan, &fair.energy, &problems, &|_, _| {}).unwrap();
+    let found = descend_on_gpu(&gpu, Precision::F32, &plan, &fair.energy, &refs(&problems), &|_, _| {}).unwrap();
     let mut apart = 0;
     for (i, (problem, found)) in problems.iter().zip(&found).enumerate() {
         let twin = &descend::<f32, 2>(&plan, &functionals, &[problem], &mut None)[0];

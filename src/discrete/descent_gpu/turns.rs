@@ -14,7 +14,7 @@ const HALO: usize = 8;
 impl<const D: usize> Run<'_, D> {
     /// The most loop turns of one tick of a curve.
     pub(super) fn turns(&self, way: Way, i: usize) -> usize {
-        let (order, problem) = (self.plan.order, &self.problems[i]);
+        let (order, problem) = (self.plan.order, self.problems[i]);
         let rows = problem.vertices();
         let of_vertex = match &problem.surface {
             None => 0,

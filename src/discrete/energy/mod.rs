@@ -126,6 +126,7 @@ energies! {
 mod attachment;
 pub(super) mod curvatures;
 mod custom;
+mod exponents;
 mod fence;
 pub(super) mod gauge;
 mod geodesic_bending;
@@ -141,6 +142,7 @@ use std::sync::Arc;
 pub(crate) use attachment::Hold;
 pub use attachment::attachment;
 pub use custom::Custom;
+pub(super) use exponents::nearer;
 pub(crate) use fence::{FENCE_KINDS, FIRST_WAY, Fence, Fencing, WAYS};
 pub use geodesic_bending::geodesic_bending;
 pub use sum::Energy;

@@ -62,7 +62,7 @@ fn stepped(descent: &mut Descent<'_, f64, 3>, p: &[[f64; 3]], epsilon: f64) -> f
 
 #[test]
 fn gradients_and_hessians_in_surfaces_are_those_of_differences() {
-    let plan = Plan { direction: Direction::Newton, step: Step::Search, order: 2, gauge: 2, most_iterations: 1 };
+    let plan = Plan { direction: Direction::Newton, step: Step::Search, order: 2, gauge: 2 };
     for (nu, closed) in [(2.0, false), (2.0, true), (3.0, false), (1.7, true)] {
         let energy: Energy = geodesic_bending(nu) + bending(2.0) + length();
         let mut curbed = Fencing { in_surface: true, ..Fencing::default() };

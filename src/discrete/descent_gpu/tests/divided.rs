@@ -44,7 +44,7 @@ fn a_descent_has_the_same_bits_however_its_ticks_are_divided() {
                 precision,
                 plan: &plan,
                 energy: &fair.energy,
-                problems: &problems,
+                problems: &refs(&problems),
                 most_ticks,
                 lanes: None,
             };
@@ -72,14 +72,15 @@ fn a_curve_has_the_same_bits_whatever_its_neighbours() {
     {
         let plan = Plan { direction, ..plan_of(&fair) };
         let problems = loosened(&problems, precision);
-        let together = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &problems, &|_, _| {}).unwrap();
+        let together = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &refs(&problems), &|_, _| {}).unwrap();
         let backwards: Vec<_> = problems.iter().rev().cloned().collect();
-        let backwards = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &backwards, &|_, _| {}).unwrap();
+        let backwards = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &refs(&backwards), &|_, _| {}).unwrap();
         for (i, (a, b)) in together.iter().zip(backwards.iter().rev()).enumerate() {
             assert_eq!(bits(a), bits(b), "{direction:?} {precision:?}, curve {i} of the batch and of its reverse");
         }
         for i in [0, 1, 20] {
-            let alone = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &problems[i..=i], &|_, _| {}).unwrap();
+            let alone =
+                descend_on_gpu(&gpu, precision, &plan, &fair.energy, &refs(&problems[i..=i]), &|_, _| {}).unwrap();
             assert_eq!(bits(&together[i]), bits(&alone[0]), "{direction:?} {precision:?}, curve {i} alone");
         }
     }
@@ -98,8 +99,8 @@ fn a_curve_that_is_no_number_breaks_and_leaves_its_neighbours_bits() {
         spoilt[nan].base[2][1] = f64::NAN;
         spoilt[infinite].base[2][1] = f64::INFINITY;
         spoilt[nothing].base[1] = [0.0; 2];
-        let wanted = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &sound, &|_, _| {}).unwrap();
-        let found = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &spoilt, &|_, _| {}).unwrap();
+        let wanted = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &refs(&sound), &|_, _| {}).unwrap();
+        let found = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &refs(&spoilt), &|_, _| {}).unwrap();
         for i in 0..found.len() {
             if [nan, infinite, nothing].contains(&i) {
                 assert_eq!(found[i].standing, Standing::Broken, "{direction:?} {precision:?}, curve {i}");
@@ -128,10 +129,10 @@ fn what_the_iterations_or_the_length_end_is_said_as_by_the_cpu() {
     for (fair, direction) in fairs.into_iter().flat_map(|fair| DIRECTIONS.map(|direction| (fair.clone(), direction))) {
         let fair = Fair { direction, ..fair };
         let (plan, problems) = (plan_of(&fair), problems::<2>(&fair, &batch));
-        let wanted = &descend_on_cpu(&plan, &fair.energy, &problems, &|_, _| {})[0];
+        let wanted = &descend_on_cpu(&plan, &fair.energy, &refs(&problems), &|_, _| {})[0];
         assert!([Standing::Unbounded, Standing::Exhausted].contains(&wanted.standing), "{:?}", wanted.standing);
         for precision in precisions(&gpu) {
-            let found = &descend_on_gpu(&gpu, precision, &plan, &fair.energy, &problems, &|_, _| {}).unwrap()[0];
+            let found = &descend_on_gpu(&gpu, precision, &plan, &fair.energy, &refs(&problems), &|_, _| {}).unwrap()[0];
             assert_eq!(found.standing, wanted.standing, "{} {direction:?} {precision:?}", fair.energy);
         }
     }
@@ -157,14 +158,14 @@ fn curves_up_to_the_longest_for_a_thread_descend_there_and_longer_ones_on_the_ho
     // Beyond the host's own rounding at so many vertices.
     mixed.iter_mut().for_each(|problem| problem.tolerance = 1e-5);
     let plan = plan_of(&fair);
-    let wanted = descend_on_cpu(&plan, &fair.energy, &mixed, &|_, _| {});
+    let wanted = descend_on_cpu(&plan, &fair.energy, &refs(&mixed), &|_, _| {});
     for precision in precisions(&gpu).into_iter().filter(|p| *p == Precision::F64) {
         let run = Run {
             gpu: &gpu,
             precision,
             plan: &plan,
             energy: &fair.energy,
-            problems: &mixed,
+            problems: &refs(&mixed),
             most_ticks: MOST_TICKS,
             lanes: None,
         };
@@ -184,8 +185,8 @@ fn energies_of_order_3_are_descended_by_the_host() {
     let Some(gpu) = gpu() else { return };
     let fair = Fair { energy: variation() + length(), segments: Segments::PerSpan(4), ..conjugate() };
     let (plan, problems) = (plan_of(&fair), problems::<2>(&fair, &batch::<2>(&[4, 5], |i| i == 1, 71)));
-    let wanted = descend_on_cpu(&plan, &fair.energy, &problems, &|_, _| {});
-    let found = descend_on_gpu(&gpu, Precision::F32, &plan, &fair.energy, &problems, &|_, _| {}).unwrap();
+    let wanted = descend_on_cpu(&plan, &fair.energy, &refs(&problems), &|_, _| {});
+    let found = descend_on_gpu(&gpu, Precision::F32, &plan, &fair.energy, &refs(&problems), &|_, _| {}).unwrap();
     assert!(wanted.iter().zip(&found).all(|(a, b)| bits(a) == bits(b) && a.standing == Standing::Converged));
 }
 
@@ -195,7 +196,8 @@ fn an_energy_that_no_kernel_can_be_made_of_is_refused_in_a_sentence() {
     let fair = Fair { energy: bending(2.0), ..conjugate() };
     let problems = problems::<2>(&fair, &batch::<2>(&[4], |_| false, 81));
     let energy = Energy::custom(Mixed(2));
-    let error = descend_on_gpu(&gpu, Precision::F32, &plan_of(&fair), &energy, &problems, &|_, _| {}).unwrap_err();
+    let error =
+        descend_on_gpu(&gpu, Precision::F32, &plan_of(&fair), &energy, &refs(&problems), &|_, _| {}).unwrap_err();
     assert_eq!(error.to_string(), "the energy mixed has no WGSL: fit on the CPU");
 }
 
@@ -207,13 +209,13 @@ fn what_was_finished_before_the_device_was_lost_is_kept() {
     let gpu = gpu.with_limits(limits);
     let (fair, problems) = ragged_problems(91);
     let (plan, problems) = (plan_of(&fair), loosened(&problems, Precision::F32));
-    let whole = descend_on_gpu(&gpu, Precision::F32, &plan, &fair.energy, &problems, &|_, _| {}).unwrap();
+    let whole = descend_on_gpu(&gpu, Precision::F32, &plan, &fair.energy, &refs(&problems), &|_, _| {}).unwrap();
     let run = Run {
         gpu: &gpu,
         precision: Precision::F32,
         plan: &plan,
         energy: &fair.energy,
-        problems: &problems,
+        problems: &refs(&problems),
         most_ticks: MOST_TICKS,
         lanes: None,
     };
@@ -242,12 +244,13 @@ fn curves_too_long_for_a_thread_descend_with_lanes() {
     // Beyond rounding at so many vertices.
     own.iter_mut().for_each(|problem| problem.tolerance = 1e-5);
     let plan = plan_of(&fair);
-    let wanted = descend_on_cpu(&plan, &fair.energy, &own, &|_, _| {});
+    let all = refs(&own);
+    let wanted = descend_on_cpu(&plan, &fair.energy, &all, &|_, _| {});
     for precision in precisions(&gpu).into_iter().filter(|p| *p == Precision::F64) {
         let most_ticks = MOST_TICKS;
         let run = |lanes: usize| {
             let energy = &fair.energy;
-            Run { gpu: &gpu, precision, plan: &plan, energy, problems: &own, most_ticks, lanes: Some(lanes) }
+            Run { gpu: &gpu, precision, plan: &plan, energy, problems: &all, most_ticks, lanes: Some(lanes) }
         };
         let (alone, shared) = (run(1), run(8));
         assert!((0..2).all(|i| alone.turns(Way::Newton(1), i) > LOOP_TURNS));
@@ -278,7 +281,7 @@ fn threads_of_a_workgroup_share_the_ticks_of_its_longest_curve() {
 #[test]
 fn structs_are_those_of_the_kernel() {
     let key = descent_kernels(Precision::F32).remove(0);
-    assert_layout!(key, DescentParams { tasks, numbers, most_iterations, direction, search, ticks });
+    assert_layout!(key, DescentParams { tasks, numbers, direction, search, ticks });
     assert_layout!(key, DescentTask { slot, ticks });
     assert_layout!(
         key,
@@ -286,6 +289,6 @@ fn structs_are_those_of_the_kernel() {
     );
     assert_layout!(
         key,
-        DescentState { standing, iterations, evaluations, flags, since_best, trials, padding, padding_too }
+        DescentState { standing, iterations, evaluations, flags, since_best, trials, most_iterations, padding }
     );
 }

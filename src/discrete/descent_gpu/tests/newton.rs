@@ -27,7 +27,7 @@ fn compared<const D: usize>(
 ) -> Worst {
     let plan = plan_of(fair);
     assert_eq!(plan.direction, Direction::Newton);
-    let wanted = descend_on_cpu(&plan, &fair.energy, problems, &|_, _| {});
+    let wanted = descend_on_cpu(&plan, &fair.energy, &refs(problems), &|_, _| {});
     let mut own = problems.to_vec();
     if precision == Precision::F32 {
         // As a fit has it.
@@ -73,7 +73,8 @@ fn with_lanes<const D: usize>(
     energy: &Energy,
     problems: &[Problem<D>],
 ) -> Vec<Outcome<D>> {
-    let run = Run { gpu, precision, plan, energy, problems, most_ticks: MOST_TICKS, lanes: Some(lanes) };
+    let run =
+        Run { gpu, precision, plan, energy, problems: &refs(problems), most_ticks: MOST_TICKS, lanes: Some(lanes) };
     run.descend(&mut |_| {}, &|_, _| {}).unwrap()
 }
 
@@ -216,7 +217,7 @@ fn curves_that_fold_or_run_away_end_as_on_the_cpu_and_leave_their_neighbours_bit
     // Back along the edge before.
     given[2].base[9] = given[2].base[8].map(|x| -x);
     given.iter_mut().for_each(|problem| problem.tolerance = 1e-4);
-    let wanted = descend_on_cpu(&plan, &fair.energy, &given, &|_, _| {});
+    let wanted = descend_on_cpu(&plan, &fair.energy, &refs(&given), &|_, _| {});
     assert_eq!((wanted[0].standing, wanted[1].standing), (Standing::Converged, Standing::Unbounded));
     for (precision, lanes) in ways(&gpu, &[1, 8]) {
         let found = with_lanes(&gpu, precision, lanes, &plan, &fair.energy, &given);
@@ -238,8 +239,15 @@ fn a_damped_descent_has_the_same_bits_however_its_ticks_are_divided() {
     for (precision, lanes) in ways(&gpu, &[1, 8]) {
         let run = |most_ticks: u32| {
             let lanes = Some(lanes);
-            let run =
-                Run { gpu: &gpu, precision, plan: &plan, energy: &fair.energy, problems: &problems, most_ticks, lanes };
+            let run = Run {
+                gpu: &gpu,
+                precision,
+                plan: &plan,
+                energy: &fair.energy,
+                problems: &refs(&problems),
+                most_ticks,
+                lanes,
+            };
             run.descend(&mut |_| {}, &|_, _| {}).unwrap()
         };
         let whole = run(1000);
@@ -261,9 +269,9 @@ fn where_rounding_leaves_no_way_down_a_curve_stalls() {
     let plan = plan_of(&fair);
     let mut problems = problems::<2>(&fair, &batch::<2>(&[5; 8], |i| i % 2 == 1, 71));
     problems.iter_mut().for_each(|problem| problem.tolerance = 0.0);
-    let mut outcomes = vec![descend_on_cpu(&plan, &fair.energy, &problems, &|_, _| {})];
+    let mut outcomes = vec![descend_on_cpu(&plan, &fair.energy, &refs(&problems), &|_, _| {})];
     for precision in precisions(&gpu) {
-        outcomes.push(descend_on_gpu(&gpu, precision, &plan, &fair.energy, &problems, &|_, _| {}).unwrap());
+        outcomes.push(descend_on_gpu(&gpu, precision, &plan, &fair.energy, &refs(&problems), &|_, _| {}).unwrap());
     }
     for (i, outcome) in outcomes.iter().flatten().enumerate() {
         assert_eq!(outcome.standing, Standing::Stalled, "outcome {i} of {}: {}", outcomes.len(), outcome.norm);
@@ -278,9 +286,9 @@ fn energies_whose_terms_couple_more_vertices_than_the_inner_product_are_left_to_
     let problems = loosened(&problems::<2>(&fair, &batch::<2>(&[4, 5], |i| i == 1, 71)), Precision::F32);
     let plan = plan_of(&fair);
     assert_eq!(plan.order, 2);
-    let found = descend_on_gpu(&gpu, Precision::F32, &plan, &fair.energy, &problems, &|_, _| {}).unwrap();
+    let found = descend_on_gpu(&gpu, Precision::F32, &plan, &fair.energy, &refs(&problems), &|_, _| {}).unwrap();
     let conjugate = Plan { direction: Direction::Hybrid, ..plan };
-    let wanted = descend_on_gpu(&gpu, Precision::F32, &conjugate, &fair.energy, &problems, &|_, _| {}).unwrap();
+    let wanted = descend_on_gpu(&gpu, Precision::F32, &conjugate, &fair.energy, &refs(&problems), &|_, _| {}).unwrap();
     for (found, wanted) in found.iter().zip(&wanted) {
         assert_eq!(found.standing, Standing::Converged);
         assert_eq!(found.displacements, wanted.displacements);

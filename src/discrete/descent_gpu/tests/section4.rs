@@ -33,16 +33,16 @@ fn one_sobolev_step_of_length_1_gives_the_segment_of_theorem_2_2() {
         highest: 1.0,
         curvature: 1.0,
         tolerance: 1e-8,
+        most_iterations: 1,
         longest: f64::INFINITY,
         has_tangents: false,
     };
     let (direction, step) = (Direction::Steepest, Step::Constant(1.0));
-    let plan = Plan { direction, step, order: 1, gauge: 0, most_iterations: 1 };
+    let plan = Plan { direction, step, order: 1, gauge: 0 };
     let edges: Vec<f64> = problem.base.iter().map(|e| e[0].hypot(e[1])).collect();
     let total: f64 = edges.iter().sum();
     for precision in precisions(&gpu) {
-        let outcomes =
-            descend_on_gpu(&gpu, precision, &plan, &length(), std::slice::from_ref(&problem), &|_, _| {}).unwrap();
+        let outcomes = descend_on_gpu(&gpu, precision, &plan, &length(), &[&problem], &|_, _| {}).unwrap();
         assert_eq!(outcomes[0].iterations, 1, "{precision:?}");
         let (mut along, mut worst) = (0.0, 0.0f64);
         for (k, (vertex, u)) in vertices.iter().zip(&outcomes[0].displacements).enumerate() {

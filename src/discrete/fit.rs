@@ -1,0 +1,171 @@
+//! [`Fair::fit`]: curves are moved onto their surface, cut at their corners, laid into their planes, fitted and joined again.
+
+use std::collections::BTreeMap;
+
+use super::check::check;
+use super::corners::Corners;
+use super::curves::{FairCurves, Fitted};
+use super::fair::{Fair, Pins};
+use super::pieces::{self, Pieces};
+use super::tally::Tally;
+use super::{flat, globe};
+use crate::batch::{CurveBatch, Unfitted};
+use crate::curve::Sampling;
+use crate::device::{Device, DeviceReport};
+use crate::error::{Result, thousands};
+use crate::ground::{Moved, check_samples, judge_known, lifted};
+use crate::report::{CurveReport, Fit};
+
+impl Fair {
+    /// Fits every curve of the batch.
+    ///
+    /// The statuses are:
+    ///
+    /// - `converged`: the tolerance was reached.
+    /// - `not_converged`: the curve is the best one reached. It is its input where the best one is
+    ///   more than twice as long as the points' polygon.
+    /// - `infeasible`: no curve was found near that keeps the [`limits`](Self::limits).
+    /// - `unbounded`: the energy has neither length nor tension, and the curve grew past five times
+    ///   its chord polygon while its energy fell. Bending alone often has no minimum.
+    /// - `degenerate` and `invalid`: the curve cannot be fitted.
+    ///
+    /// Curves of the last three statuses come out as their input. The reported energy is the
+    /// weighted sum asked for, in units of the input, without the gauge.
+    ///
+    /// The device's [counter](Device::with_counter) counts curves as they are finished. A curve cut
+    /// at [`corners`](Self::corners) counts with its last piece.
+    ///
+    /// # Errors
+    /// - Weights that are negative or not finite, no energy at all, or an exponent below 1.
+    /// - A tolerance, a number of segments or pins that make no sense.
+    /// - A spacing that makes more than [`Segments::MOST_VERTICES`].
+    /// - Columns `nu` and `known`.
+    /// - On a GPU, errors of submissions.
+    pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
+        if let Some(lifted) = self.surface.as_ref().and_then(|surface| lifted(batch, &**surface)) {
+            return self.fit(&lifted, device);
+        }
+        check(self, batch)?;
+        if let Some(globe) = self.surface.as_ref().and_then(|surface| surface.globe()) {
+            return globe::fit(self, globe, batch, |within, spatial| fit_in::<3>(within, spatial, device));
+        }
+        let moved = self.surface.as_ref().map(|surface| (Moved::onto(batch, &**surface, self.off_surface), surface));
+        match (&moved, batch.dimension()) {
+            (Some((moved, surface)), _) => {
+                let (mut curves, mut reports, device) = fit_in::<3>(self, &moved.batch, device)?;
+                moved.say(&mut reports, &***surface);
+                let vertices = |i: usize| curves.vertices(i).map(|own| (own.places(), own.rows.clone()));
+                judge_known(&***surface, batch, &vertices, &mut reports);
+                curves.lie_in(batch, surface);
+                Ok(Fit::new(curves, reports, device))
+            }
+            (None, 2) => fit_in::<2>(self, batch, device).map(|(curves, reports, did)| Fit::new(curves, reports, did)),
+            (None, _) => fit_in::<3>(self, batch, device).map(|(curves, reports, did)| Fit::new(curves, reports, did)),
+        }
+    }
+
+    /// Fits every curve and samples it.
+    ///
+    /// The samples are the vertices if the sampling is [`Sampling::PerSpan`] with as many samples
+    /// as there are [`segments`](Self::segments) a span.
+    ///
+    /// # Errors
+    /// Those of [`fit`](Self::fit) and of [`Sampling::check`].
+    pub fn fit_sampled(&self, batch: &CurveBatch, sampling: Sampling, device: &Device) -> Result<(Fit, CurveBatch)> {
+        check_samples(sampling, batch, self.surface.as_deref(), 0)?;
+        let fit = self.fit(batch, device)?;
+        let polylines = fit.polylines(sampling);
+        Ok((fit, polylines))
+    }
+
+    /// Sentences about usable curves, for people who fit many: how many have loops, and how many were found cheaper from
+    /// further starts, and by how much. The reports are those of a fit with these options.
+    pub fn notes(&self, reports: &[CurveReport]) -> Vec<String> {
+        let mut notes = Vec::new();
+        let looping: Vec<f64> =
+            reports.iter().filter(|report| report.status.is_usable()).filter_map(|report| report.loops).collect();
+        if let Some(most) = looping.iter().copied().reduce(f64::max) {
+            notes.push(format!(
+                "{} of {} curves have loops, and are up to {most:.1} times as long as their points' polygon: {}",
+                thousands(looping.len()),
+                thousands(reports.len()),
+                if self.energy.bounds_length() { "weigh length, tension or tautness more" } else { self.remedy() }
+            ));
+        }
+        let tried = reports.iter().filter(|report| report.gain.is_some()).count();
+        let gains = reports.iter().filter(|report| report.status.is_usable()).filter_map(|report| report.gain);
+        let mut gains: Vec<f64> = gains.filter(|gain| *gain > 0.0).collect();
+        gains.sort_unstable_by(f64::total_cmp);
+        if tried == 0 {
+            return notes;
+        }
+        let found = match gains.last() {
+            None => format!("none of {} curves found a cheaper minimum", thousands(tried)),
+            Some(most) => format!(
+                "{} of {} curves found a cheaper minimum, by {:.2} % at the median and {:.2} % at most",
+                thousands(gains.len()),
+                thousands(tried),
+                100.0 * gains[gains.len() / 2],
+                100.0 * most
+            ),
+        };
+        notes.push(format!("{} starts: {found}", self.starts));
+        notes
+    }
+}
+
+/// Fits curves whose points have D coordinates, cut at their corners if they have any.
+fn fit_in<const D: usize>(
+    fair: &Fair,
+    batch: &CurveBatch,
+    device: &Device,
+) -> Result<(FairCurves, Vec<CurveReport>, DeviceReport)> {
+    let allowed = fair.deviation.map(|deviation| (0..batch.len()).map(|i| deviation.of(batch, i)).collect());
+    let fitted = match fair.corners {
+        Some(angle) => {
+            // Where nothing holds a closed curve its points say nothing of corners.
+            let is_loose = fair.pins != Pins::All && fair.surface.is_some() && !fair.energy.is_attached();
+            let cut = Corners::cut::<D>(batch, angle, &|i| is_loose && batch.is_closed(i));
+            let curves = cut.curves();
+            let allowed = allowed.map(|own: Vec<f64>| curves.iter().map(|&i| own[i]).collect());
+            let tally = Tally::of_pieces(device, curves.clone());
+            let pieces = Pieces { kept: &cut.kept, owners: curves };
+            cut.join(batch, fit_pieces::<D>(fair, &cut.batch, &pieces, allowed, device, &tally)?)
+        }
+        None => {
+            let whole = Pieces { kept: &[], owners: (0..batch.len()).collect() };
+            fit_pieces::<D>(fair, batch, &whole, allowed, device, &Tally::whole(device))?
+        }
+    };
+    let Fitted { curves, reports, device } = fitted;
+    let mut problems = BTreeMap::new();
+    for (i, report) in reports.iter().enumerate().filter(|(i, _)| curves[*i].is_err()) {
+        let message = report.message.clone().unwrap_or_default();
+        problems.insert(i, Unfitted { status: report.status, message });
+    }
+    let mut curves = FairCurves::new(batch, curves, problems);
+    curves.keep_ahead(&fair.limits.monotone);
+    Ok((curves, reports, device))
+}
+
+/// Fits curves that have no corners, in planes if they lie in them.
+fn fit_pieces<const D: usize>(
+    fair: &Fair,
+    batch: &CurveBatch,
+    pieces: &Pieces<'_>,
+    allowed: Option<Vec<f64>>,
+    device: &Device,
+    tally: &Tally<'_>,
+) -> Result<Fitted> {
+    let planes = flat::planes(fair, batch);
+    if planes.iter().all(Option::is_none) {
+        return pieces::fit::<D>(fair, batch, pieces, allowed, device, tally);
+    }
+    flat::fit(
+        batch,
+        &planes,
+        tally,
+        |planar, tally| pieces::fit::<2>(fair, planar, pieces, allowed.clone(), device, tally),
+        |spatial, tally| pieces::fit::<3>(fair, spatial, pieces, allowed.clone(), device, tally),
+    )
+}

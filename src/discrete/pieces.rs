@@ -1,0 +1,196 @@
+//! Fits of curves without corners: every curve by its own strategy, then all those that may not cross.
+
+use super::apart::{Found, Parting, Partings, keep_apart};
+use super::curves::Fitted;
+use super::deviation::{InDiscs, within_discs};
+use super::energy::attachment;
+use super::fair::{Fair, Pins};
+use super::kept::Kept;
+use super::limited::{Start, keep};
+use super::near::Near;
+use super::problem::Outcome;
+use super::queue::{CurveFit, Desk, Queue, Task};
+use super::restarts::{Descended, best};
+use super::setup::{Ready, set_up_from, set_up_pieces};
+use super::shortest;
+use super::tally::Tally;
+use crate::batch::{CurveBatch, Unfitted};
+use crate::device::Device;
+use crate::error::Result;
+use crate::precision::Precision;
+use crate::report::CurveReport;
+
+/// Which curves are pieces of others.
+pub(super) struct Pieces<'a> {
+    /// Which keep their ends whatever the pins say; empty if none do.
+    pub kept: &'a [[bool; 2]],
+    /// The curve that each is a piece of.
+    pub owners: Vec<usize>,
+}
+
+impl Pieces<'_> {
+    /// Whether a piece keeps its first and its last point whatever the pins say.
+    fn kept_of(&self, i: usize) -> [bool; 2] {
+        self.kept.get(i).copied().unwrap_or_default()
+    }
+}
+
+/// A curve that was fitted.
+struct FittedCurve<const D: usize> {
+    found: Found,
+    /// Whether the CPU descended, in part or wholly.
+    on_cpu: bool,
+    /// Where the curve starts again, if it may not cross others.
+    start: Option<Restart<D>>,
+}
+
+enum Restart<const D: usize> {
+    Through(Descended<D>),
+    Near(InDiscs<D>),
+}
+
+/// Fits curves that have no corners. `allowed` says how far each may pass from its points.
+pub(super) fn fit<const D: usize>(
+    fair: &Fair,
+    batch: &CurveBatch,
+    pieces: &Pieces<'_>,
+    allowed: Option<Vec<f64>>,
+    device: &Device,
+    tally: &Tally<'_>,
+) -> Result<Fitted> {
+    if shortest::is_asked_for(fair, batch) {
+        return shortest::fit::<D>(fair, batch, pieces.kept, device, tally);
+    }
+    let Some(asked) = allowed else {
+        let ready = set_up_pieces::<D>(fair, batch, pieces.kept)?;
+        return fit_all(fair, batch, pieces, ready, &|_| None, device, tally);
+    };
+    let pins = if fair.pins == Pins::None { Pins::None } else { Pins::Ends };
+    let energy = fair.energy.clone() + attachment();
+    let held = Fair { energy, pins, deviation: None, corners: None, ..fair.clone() };
+    let near = Near::new::<D>(pins, &asked, batch)?;
+    let ready = set_up_from::<D>(&held, batch, pieces.kept, &|i| near.curve(i))?;
+    fit_all(&held, batch, pieces, ready, &|i| Some([asked[i], near.allowed(i)]), device, tally)
+}
+
+/// Fits curves that are ready. `allowed` are the deviations asked for, and what each curve may use of them.
+fn fit_all<const D: usize>(
+    fair: &Fair,
+    batch: &CurveBatch,
+    pieces: &Pieces<'_>,
+    ready: Vec<std::result::Result<Ready<D>, Unfitted>>,
+    allowed: &(dyn Fn(usize) -> Option<[f64; 2]> + Sync),
+    device: &Device,
+    tally: &Tally<'_>,
+) -> Result<Fitted> {
+    let keeps_apart = fair.limits.no_crossing;
+    let in_f32 = device.as_gpu().is_some() && device.precision() != Precision::F64;
+    let desks = Desk::of(batch.len());
+    let queue = Queue::new(fair, batch, &ready, &Partings::default(), device)?;
+    let task = |(i, ready): (usize, std::result::Result<Ready<D>, Unfitted>)| -> Task<'_, FittedCurve<D>> {
+        let curve = CurveFit { fair, batch, i, kept: pieces.kept_of(i), queue: &queue, desk: &desks[i] };
+        Box::pin(async move {
+            let fitted = match ready {
+                Ok(ready) => fit_one(curve, ready, allowed(i), in_f32).await,
+                Err(problem) => {
+                    let found = (CurveReport::unfitted(problem.status, problem.message), None);
+                    FittedCurve { found, on_cpu: false, start: None }
+                }
+            };
+            if fitted.start.is_none() {
+                tally.finished(i);
+            }
+            fitted
+        })
+    };
+    let fitted = queue.run(&desks, ready.into_iter().enumerate().map(task).collect())?;
+    let (mut found, mut on_cpu, mut starts) = (Vec::new(), Vec::new(), Vec::new());
+    for own in fitted {
+        found.push(own.found);
+        on_cpu.push(own.on_cpu);
+        starts.push(own.start);
+    }
+    if keeps_apart {
+        keep_apart(batch, &pieces.owners, &mut found, |curves, partings| {
+            let queue = Queue::new::<D>(fair, batch, &[], partings, device)?;
+            let mut again: Vec<Task<'_, (usize, Found, bool)>> = Vec::new();
+            for &i in curves {
+                let Some(start) = &starts[i] else { continue };
+                let desk = &desks[again.len()];
+                let curve = CurveFit { fair, batch, i, kept: pieces.kept_of(i), queue: &queue, desk };
+                again.push(Box::pin(fit_again(curve, start, partings.of(i))));
+            }
+            let mut all = Vec::new();
+            for (i, found, own) in queue.run(&desks, again)? {
+                on_cpu[i] = own;
+                all.push(found);
+            }
+            Ok(all)
+        })?;
+        (0..batch.len()).filter(|&i| starts[i].is_some()).for_each(|i| tally.finished(i));
+    }
+    let device = queue.report(on_cpu.into_iter().filter(|on_cpu| *on_cpu).count())?;
+    let (mut curves, mut reports) = (Vec::with_capacity(batch.len()), Vec::with_capacity(batch.len()));
+    for (i, (report, vertices)) in found.into_iter().enumerate() {
+        curves.push(vertices.ok_or_else(|| batch.points(i).to_vec()));
+        reports.push(report);
+    }
+    Ok(Fitted { curves, reports, device })
+}
+
+/// Fits a curve without regard to others.
+async fn fit_one<const D: usize>(
+    curve: CurveFit<'_, D>,
+    ready: Ready<D>,
+    allowed: Option<[f64; 2]>,
+    in_f32: bool,
+) -> FittedCurve<D> {
+    let keeps_apart = curve.fair.limits.no_crossing;
+    let Some(allowed) = allowed else {
+        let own = best(&curve, ready).await;
+        let found = reported(&curve, &own, &own.outcome, own.kept.as_ref());
+        return FittedCurve { found, on_cpu: own.outcome.on_cpu, start: keeps_apart.then_some(Restart::Through(own)) };
+    };
+    let near = Box::pin(within_discs(&curve, ready, allowed, in_f32)).await;
+    let start = keeps_apart.then(|| Restart::Near(near.clone()));
+    let (found, on_cpu) = Box::pin(near.kept(&curve, &[])).await;
+    FittedCurve { found, on_cpu, start }
+}
+
+/// Fits a curve again within half-planes between it and its neighbours.
+async fn fit_again<const D: usize>(
+    curve: CurveFit<'_, D>,
+    start: &Restart<D>,
+    partings: &[Parting],
+) -> (usize, Found, bool) {
+    match start {
+        Restart::Through(own) => {
+            let mut outcome = own.free.clone().expect("a curve that may not cross others");
+            let kept = keep(&curve, &own.ready, &mut outcome, partings, Start::Free).await;
+            (curve.i, reported(&curve, own, &outcome, kept.as_ref()), outcome.on_cpu)
+        }
+        Restart::Near(own) => {
+            let (found, on_cpu) = own.clone().kept(&curve, partings).await;
+            (curve.i, found, on_cpu)
+        }
+    }
+}
+
+/// The report and the vertices of a curve that ended like this.
+fn reported<const D: usize>(
+    curve: &CurveFit<'_, D>,
+    own: &Descended<D>,
+    outcome: &Outcome<D>,
+    kept: Option<&Kept>,
+) -> Found {
+    let CurveFit { fair, batch, i, .. } = *curve;
+    let (mut report, vertices) = fair.report(batch, i, &own.ready, outcome);
+    report.gain = own.gain;
+    if let Some((span, message)) = own.message() {
+        report.message = Some(batch.sentence(i, span, &message));
+    }
+    if let Some(kept) = kept {
+        kept.judge(&mut report, batch, i);
+    }
+    (report, vertices)
+}

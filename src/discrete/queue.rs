@@ -1,0 +1,266 @@
+//! [`Queue`]: the descents of a fit, of which every curve asks for one at a time.
+//!
+//! ```text
+//! curve ─ descend(problem) ─► desk ─► group of one energy ─► CPU lanes │ GPU kernel ─► outcome ─► curve …
+//! ```
+//!
+//! A strategy (continuation, restarts, multipliers, …) is an `async fn` for one curve, a state machine that the compiler
+//! writes. Only the queue knows that there are many. It polls every curve until it asks for a descent or is done, descends
+//! what is asked for side by side, and hands the outcomes back.
+
+use std::future::{Future, poll_fn};
+use std::pin::Pin;
+use std::sync::Mutex;
+use std::task::{Context, Poll, Waker};
+
+use super::apart::Partings;
+use super::descent_gpu::descend_on_gpu;
+use super::energy::Energy;
+use super::fair::Fair;
+use super::plan::{Direction, Plan, Step};
+use super::problem::{Outcome, Problem, descend_on_cpu};
+use super::setup::Ready;
+use super::within::has_kernel;
+use crate::batch::{CurveBatch, Unfitted};
+use crate::device::{Device, DeviceReport};
+use crate::error::Result;
+use crate::gpu::Gpu;
+use crate::parallel;
+use crate::precision::Precision;
+
+/// Curves under way at most, on the CPU and on a GPU. Others start as these end.
+const UNDER_WAY: [usize; 2] = [1 << 14, 1 << 20];
+
+/// What a descent minimises.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Goal {
+    /// The energy asked for.
+    Free,
+    /// The energy of a stage of the [continuation](super::continuation).
+    Stage(usize),
+    /// The energy asked for, with the terms of limits.
+    Limited,
+}
+
+/// An energy, with the device of its descents.
+struct Descender<'a> {
+    energy: Energy,
+    plan: Plan,
+    gpu: Option<(&'a Gpu, Precision)>,
+}
+
+/// The descents of a fit.
+pub(super) struct Queue<'a> {
+    device: &'a Device,
+    free: Descender<'a>,
+    /// The bounds of exponents, and the energies with those.
+    stages: Vec<(f64, Descender<'a>)>,
+    limited: Option<Descender<'a>>,
+}
+
+/// A strategy under way for one curve.
+pub(super) type Task<'t, T> = Pin<Box<dyn Future<Output = T> + Send + 't>>;
+
+/// What one curve asks for, or the answer.
+pub(super) struct Desk<const D: usize>(Mutex<State<D>>);
+
+enum State<const D: usize> {
+    Idle,
+    Asked { problem: Box<Problem<D>>, goal: Goal, on_cpu: bool },
+    Answered(Box<Problem<D>>, Outcome<D>),
+}
+
+impl<const D: usize> Desk<D> {
+    /// A desk for each of n curves.
+    pub fn of(n: usize) -> Vec<Self> {
+        (0..n).map(|_| Desk(Mutex::new(State::Idle))).collect()
+    }
+
+    fn replace(&self, state: State<D>) -> State<D> {
+        std::mem::replace(&mut *self.0.lock().expect("no thread panics at a desk"), state)
+    }
+}
+
+/// The fit of one curve.
+#[derive(Clone, Copy)]
+pub(super) struct CurveFit<'a, const D: usize> {
+    pub fair: &'a Fair,
+    pub batch: &'a CurveBatch,
+    /// The number of the curve in the batch.
+    pub i: usize,
+    /// Whether it keeps its first and its last point whatever the pins say.
+    pub kept: [bool; 2],
+    pub queue: &'a Queue<'a>,
+    pub desk: &'a Desk<D>,
+}
+
+impl<const D: usize> CurveFit<'_, D> {
+    /// Descends once, on the device of the fit.
+    pub async fn descend(&self, problem: Box<Problem<D>>, goal: Goal) -> (Box<Problem<D>>, Outcome<D>) {
+        self.ask(problem, goal, false).await
+    }
+
+    /// Descends once, on the CPU in f64.
+    pub async fn descend_on_cpu(&self, problem: Box<Problem<D>>, goal: Goal) -> Outcome<D> {
+        self.ask(problem, goal, true).await.1
+    }
+
+    async fn ask(&self, problem: Box<Problem<D>>, goal: Goal, on_cpu: bool) -> (Box<Problem<D>>, Outcome<D>) {
+        self.desk.replace(State::Asked { problem, goal, on_cpu });
+        poll_fn(|_| match self.desk.replace(State::Idle) {
+            State::Answered(problem, outcome) => Poll::Ready((problem, outcome)),
+            asked => {
+                self.desk.replace(asked);
+                Poll::Pending
+            }
+        })
+        .await
+    }
+
+    /// The energy of descents.
+    pub fn energy(&self, goal: Goal) -> &Energy {
+        &self.queue.descender(goal).energy
+    }
+
+    /// The bounds of exponents, one for each stage of a continuation.
+    pub fn stages(&self) -> impl Iterator<Item = (f64, Goal)> {
+        self.queue.stages.iter().enumerate().map(|(k, (bound, _))| (*bound, Goal::Stage(k)))
+    }
+
+    /// Whether steps are those of Newton's method.
+    pub fn is_newton(&self) -> bool {
+        self.fair.direction == Direction::Newton && self.fair.step == Step::Search
+    }
+}
+
+impl<'a> Queue<'a> {
+    /// The queue of a fit of these curves on a device.
+    ///
+    /// # Errors
+    /// A precision that the device does not have.
+    pub fn new<const D: usize>(
+        fair: &Fair,
+        batch: &CurveBatch,
+        ready: &[std::result::Result<Ready<D>, Unfitted>],
+        partings: &Partings,
+        device: &'a Device,
+    ) -> Result<Self> {
+        let is_well_conditioned = ready.iter().flatten().all(Ready::suits_f32);
+        let descender = |energy: Energy| Descender::new(fair, energy, is_well_conditioned, device);
+        let stages = fair.energy.stages().into_iter();
+        let stages = stages.map(|bound| Ok((bound, descender(fair.energy.within(bound))?)));
+        let fencing = fair.limits.fencing::<D>(batch, partings, fair.surface.is_some());
+        let limited = fencing.map(|fencing| descender(fair.energy.fenced(fencing)));
+        let free = descender(fair.energy.clone())?;
+        Ok(Queue { device, stages: stages.collect::<Result<_>>()?, limited: limited.transpose()?, free })
+    }
+
+    fn descender(&self, goal: Goal) -> &Descender<'a> {
+        match goal {
+            Goal::Free => &self.free,
+            Goal::Stage(k) => &self.stages[k].1,
+            Goal::Limited => self.limited.as_ref().expect("a curve with limits"),
+        }
+    }
+
+    /// Whether descents are in f32.
+    pub fn is_in_f32(&self, goal: Goal) -> bool {
+        self.descender(goal).gpu.is_some_and(|(_, precision)| precision == Precision::F32)
+    }
+
+    /// Whether the CPU is to finish what f32 does not.
+    pub fn may_finish_on_cpu(&self) -> bool {
+        self.device.precision() == Precision::Auto
+    }
+
+    /// The device that did the work, where the CPU finished this many curves.
+    ///
+    /// # Errors
+    /// A precision that the device does not have.
+    pub fn report(&self, finished_on_cpu: usize) -> Result<DeviceReport> {
+        Ok(match self.free.gpu {
+            Some((_, precision)) => DeviceReport { finished_on_cpu, ..self.device.report_of(precision) },
+            None => Device::cpu().report(true)?,
+        })
+    }
+
+    /// Runs the strategies of all curves to their ends. Task k asks at desk k.
+    ///
+    /// # Errors
+    /// Errors of submissions to a GPU.
+    pub fn run<T: Send, const D: usize>(&self, desks: &[Desk<D>], tasks: Vec<Task<'_, T>>) -> Result<Vec<T>> {
+        let mut done: Vec<Option<T>> = tasks.iter().map(|_| None).collect();
+        let most = UNDER_WAY[usize::from(self.free.gpu.is_some())];
+        let mut others = tasks.into_iter().enumerate();
+        let mut running: Vec<(usize, Task<'_, T>)> = Vec::new();
+        loop {
+            running.extend(others.by_ref().take(most - running.len()));
+            if running.is_empty() {
+                return Ok(done.into_iter().map(|done| done.expect("every curve ends")).collect());
+            }
+            self.answer(desks, running.iter().map(|(i, _)| *i))?;
+            for (i, polled, task) in parallel::of(std::mem::take(&mut running), poll) {
+                match polled {
+                    Poll::Ready(found) => done[i] = Some(found),
+                    Poll::Pending => running.push((i, task)),
+                }
+            }
+        }
+    }
+
+    /// Descends what these curves ask for.
+    fn answer<const D: usize>(&self, desks: &[Desk<D>], curves: impl Iterator<Item = usize>) -> Result<()> {
+        let mut groups: Vec<((Goal, bool), Vec<usize>, Vec<Box<Problem<D>>>)> = Vec::new();
+        for i in curves {
+            let State::Asked { problem, goal, on_cpu } = desks[i].replace(State::Idle) else { continue };
+            let at = groups.iter().position(|(key, ..)| *key == (goal, on_cpu)).unwrap_or(groups.len());
+            if at == groups.len() {
+                groups.push(((goal, on_cpu), vec![], vec![]));
+            }
+            groups[at].1.push(i);
+            groups[at].2.push(problem);
+        }
+        for ((goal, on_cpu), curves, problems) in groups {
+            let of = self.descender(goal);
+            let all: Vec<&Problem<D>> = problems.iter().map(|problem| &**problem).collect();
+            // Notices a flag that stops the fit.
+            let ended = |_: usize, _: &Outcome<D>| self.device.finished(0);
+            let outcomes = match of.gpu.filter(|_| !on_cpu) {
+                Some((gpu, precision)) => descend_on_gpu(gpu, precision, &of.plan, &of.energy, &all, &ended)?,
+                None => descend_on_cpu(&of.plan, &of.energy, &all, &ended),
+            };
+            for ((i, problem), outcome) in curves.into_iter().zip(problems).zip(outcomes) {
+                desks[i].replace(State::Answered(problem, outcome));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn poll<T>((i, mut task): (usize, Task<'_, T>)) -> (usize, Poll<T>, Task<'_, T>) {
+    let polled = task.as_mut().poll(&mut Context::from_waker(Waker::noop()));
+    (i, polled, task)
+}
+
+impl<'a> Descender<'a> {
+    fn new(fair: &Fair, energy: Energy, is_well_conditioned: bool, device: &'a Device) -> Result<Self> {
+        let plan = fair.plan(&energy);
+        let Some(gpu) = device.as_gpu() else { return Ok(Descender { energy, plan, gpu: None }) };
+        let has_kernel = |precision| match &fair.surface {
+            None => true,
+            Some(surface) => match surface.local() {
+                Some((local, _)) => has_kernel(&*local, precision, gpu.limits()),
+                None => has_kernel(&**surface, precision, gpu.limits()),
+            },
+        };
+        // f32 has not the digits for order 3 and for limits. Some surfaces have kernels in f64 alone.
+        let needs_f64 = plan.order > 2 || energy.is_fenced();
+        let precision =
+            device.kernel_precision(gpu, is_well_conditioned && !needs_f64 && has_kernel(Precision::F32))?;
+        // Kernels of order 3 know Newton's method alone.
+        let is_open = (plan.order < 3 || plan.direction == Direction::Newton)
+            && (!needs_f64 || precision == Precision::F64)
+            && has_kernel(precision);
+        Ok(Descender { energy, plan, gpu: is_open.then_some((gpu, precision)) })
+    }
+}
