@@ -71,7 +71,7 @@ impl<S: Real + Transformed> Exact<S> {
     fn subdivide_alone(&self, coarse: &[S], fine: &mut [S]) {
         let [rows, columns] = self.shape;
         let blocks = self.blocks();
-        let mut room = vec![<S as Real>::ZERO; rows * (columns + blocks * BLOCK) + self.scratch()];
+        let mut room = vec![S::ZERO; rows * (columns + blocks * BLOCK) + self.scratch()];
         let mut left = &mut room[..];
         let spectrum = take(&mut left, rows * columns);
         let (v, _) = take(&mut left, rows * blocks * BLOCK).as_chunks_mut::<BLOCK>();
@@ -86,10 +86,10 @@ impl<S: Real + Transformed> Exact<S> {
     fn subdivide_together(&self, coarse: &[S], fine: &mut [S]) {
         let [rows, columns] = self.shape;
         let wide = 2 * columns - 1;
-        let room = || vec![<S as Real>::ZERO; self.scratch()];
+        let room = || vec![S::ZERO; self.scratch()];
         let mut spectrum = coarse.to_vec();
         parallel::parts(&mut spectrum, &tasks(rows, columns, TASK), |_, own| self.transform(own, &mut room()));
-        let mut v = vec![<S as Real>::ZERO; self.blocks() * rows * BLOCK];
+        let mut v = vec![S::ZERO; self.blocks() * rows * BLOCK];
         let ends = tasks(self.blocks(), rows * BLOCK, TASK);
         parallel::parts(&mut v, &ends, |k, own| {
             self.sweeps(ends[k] / (rows * BLOCK), &spectrum, own.as_chunks_mut().0, &mut room());
@@ -155,7 +155,7 @@ impl<S: Real + Transformed> Exact<S> {
         let [half, two, four]: [S; 3] = [0.5, 2.0, 4.0].map(Real::from_f64);
         let diagonal = lambda.map(|lambda| two + lambda * (four + lambda));
         for (row, p) in p.iter_mut().enumerate() {
-            *p = [<S as Real>::ZERO; BLOCK];
+            *p = [S::ZERO; BLOCK];
             for (k, p) in p[..count].iter_mut().enumerate() {
                 // Zeros between points repeat the spectrum, mirrored.
                 let l = first + k;

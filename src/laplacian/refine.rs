@@ -77,7 +77,7 @@ impl<S: Real + Transformed> Refiner<S> {
         let mut held: Option<Vec<S>> = None;
         for _ in 1..self.rounds {
             let [rows, columns] = next(shape);
-            let mut new = vec![<S as Real>::ZERO; rows * columns * dimension];
+            let mut new = vec![S::ZERO; rows * columns * dimension];
             self.round(dimension, shape, held.as_deref().unwrap_or(values), &mut new);
             held = Some(new);
             shape = [rows, columns];

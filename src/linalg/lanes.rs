@@ -53,7 +53,7 @@ pub(crate) struct Scratch<T> {
 }
 
 /// Solves the systems of a part; `x` and `status` begin with its first system.
-pub(super) fn solve_part<T: Real + Scalar<Number = T>, const L: usize>(
+pub(super) fn solve_part<T: Real, const L: usize>(
     part: &Part<T>,
     x: &mut [T],
     status: &mut [CurveStatus],

@@ -1,9 +1,9 @@
 //! [`Real`]: the scalars the solvers are generic over.
 
-use std::fmt::{Debug, Display};
-use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
+use std::fmt::Display;
 
 use super::lanes::{self, Part, Scratch};
+use super::scalar::Scalar;
 
 mod sealed {
     pub trait Sealed {}
@@ -12,29 +12,7 @@ mod sealed {
 }
 
 /// `f32` or `f64`: f64 is the reference, f32 the twin of a GPU's arithmetic. Sealed.
-pub trait Real:
-    sealed::Sealed
-    + Copy
-    + Send
-    + Sync
-    + Debug
-    + Display
-    + Default
-    + PartialEq
-    + PartialOrd
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
-    + AddAssign
-    + SubAssign
-    + 'static
-{
-    /// 0
-    const ZERO: Self;
-    /// 1
-    const ONE: Self;
+pub trait Real: sealed::Sealed + Scalar<Number = Self> + Display + PartialEq + PartialOrd {
     /// Not a number.
     const NAN: Self;
     /// Distance from 1 to the next larger number.
@@ -47,8 +25,6 @@ pub trait Real:
     fn from_f64(x: f64) -> Self;
     /// The same number in f64.
     fn to_f64(self) -> f64;
-    /// |x|
-    fn abs(self) -> Self;
     /// Neither NaN nor infinite.
     fn is_finite(self) -> bool;
 
@@ -61,8 +37,6 @@ pub trait Real:
 macro_rules! real {
     ($type:ty, $lanes:literal) => {
         impl Real for $type {
-            const ZERO: Self = 0.0;
-            const ONE: Self = 1.0;
             const NAN: Self = <$type>::NAN;
             const EPSILON: Self = <$type>::EPSILON;
             const SMALLEST_NORMAL: Self = <$type>::MIN_POSITIVE;
@@ -74,10 +48,6 @@ macro_rules! real {
             #[inline(always)]
             fn to_f64(self) -> f64 {
                 self as f64
-            }
-            #[inline(always)]
-            fn abs(self) -> Self {
-                self.abs()
             }
             #[inline(always)]
             fn is_finite(self) -> bool {

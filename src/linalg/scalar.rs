@@ -26,7 +26,7 @@ pub trait Scalar:
     + 'static
 {
     /// The number type of a lane.
-    type Number: Real + Scalar;
+    type Number: Real;
     /// Numbers side by side.
     const LANES: usize;
     /// 0
@@ -176,11 +176,11 @@ impl<T: Real, const L: usize> Neg for Lanes<T, L> {
     }
 }
 
-impl<T: Real + Scalar<Number = T>, const L: usize> Scalar for Lanes<T, L> {
+impl<T: Real, const L: usize> Scalar for Lanes<T, L> {
     type Number = T;
     const LANES: usize = L;
-    const ZERO: Self = Lanes([<T as Scalar>::ZERO; L]);
-    const ONE: Self = Lanes([<T as Scalar>::ONE; L]);
+    const ZERO: Self = Lanes([T::ZERO; L]);
+    const ONE: Self = Lanes([T::ONE; L]);
 
     #[inline(always)]
     fn of(x: f64) -> Self {
@@ -207,7 +207,7 @@ impl<T: Real + Scalar<Number = T>, const L: usize> Scalar for Lanes<T, L> {
     fn abs(mut self) -> Self {
         let mut j = 0;
         while j < L {
-            self.0[j] = Scalar::abs(self.0[j]);
+            self.0[j] = self.0[j].abs();
             j += 1;
         }
         self
@@ -216,7 +216,7 @@ impl<T: Real + Scalar<Number = T>, const L: usize> Scalar for Lanes<T, L> {
     fn max(mut self, other: Self) -> Self {
         let mut j = 0;
         while j < L {
-            self.0[j] = Scalar::max(self.0[j], other.0[j]);
+            self.0[j] = self.0[j].max(other.0[j]);
             j += 1;
         }
         self
@@ -225,7 +225,7 @@ impl<T: Real + Scalar<Number = T>, const L: usize> Scalar for Lanes<T, L> {
     fn powf(mut self, exponent: f64) -> Self {
         let mut j = 0;
         while j < L {
-            self.0[j] = Scalar::powf(self.0[j], exponent);
+            self.0[j] = self.0[j].powf(exponent);
             j += 1;
         }
         self

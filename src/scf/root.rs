@@ -175,7 +175,7 @@ impl<S: Scalar> Given<S> {
         // Only without an inflection do the ends' values all but cancel.
         let close = S::of(CLOSE) * (t0 + S::of(0.5) * self.turning) - S::of(0.5) * self.turning;
         let close = side.if_positive(close, -S::ONE);
-        if (0..S::LANES).any(|lane| close.lane(lane) > <S::Number as Real>::ZERO) {
+        if (0..S::LANES).any(|lane| close.lane(lane) > S::Number::ZERO) {
             return self.close(curve, &piece, close);
         }
         piece
@@ -315,7 +315,7 @@ pub(crate) fn cheapest<S: Scalar>(curve: &Universal, angles: [S; 2]) -> (Piece<S
         last = live.if_positive(small, last);
         careful = past.if_positive(low.if_positive(one, careful), careful);
         t0 = live.if_positive(next, t0);
-        if !(0..S::LANES).any(|lane| live.lane(lane) > <S::Number as Real>::ZERO) {
+        if !(0..S::LANES).any(|lane| live.lane(lane) > S::Number::ZERO) {
             break;
         }
     }
@@ -376,7 +376,7 @@ pub(crate) fn from_inflection<S: Scalar>(curve: &Universal, b: S) -> (Piece<S>, 
         found = live.if_positive(done.if_positive(rises, found), found).max(zero);
         live = done.if_positive(-one, live);
         step += 1;
-        if step > MOST_STEPS || !(0..S::LANES).any(|lane| live.lane(lane) > <S::Number as Real>::ZERO) {
+        if step > MOST_STEPS || !(0..S::LANES).any(|lane| live.lane(lane) > S::Number::ZERO) {
             return (piece, found);
         }
         let next = t - miss / ((one + S::of(0.25) * miss * miss) * slope);
