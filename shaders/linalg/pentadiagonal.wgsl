@@ -1,10 +1,11 @@
 // Symmetric pentadiagonal systems, open and cyclic, LDLᵀ in place: one thread a system, everything
 // in the array `scratch`. Positions in it are arguments: of the diagonal, the two bands beside it,
 // the border of a cyclic system, and the right-hand sides, $D numbers a row. Included by the
-// kernels that need it. Twin: src/linalg/pentadiagonal.rs.
+// kernels that need it. No twin: the CPU has banded matrices of any width (src/linalg/banded.rs),
+// whose border are the first rows, not the last.
 
-// No twin: the CPU refuses a matrix whose last pivot is not positive. Here one within 64 ε of the entry that it came from
-// counts as 0, and its unknown is 0.
+// No twin: the CPU refuses a matrix whose last pivot is not positive. Here a pivot within 64 ε of
+// its entry counts as 0, and its unknown is 0.
 //:if F64
 const NOISE: real = real(1.4210854715202004e-14);
 //:else

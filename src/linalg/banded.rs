@@ -16,7 +16,7 @@ use super::wide::operation;
 /// matrix of n rows is meant, n is written for 0, n + 1 for 1, and so on. A cyclic matrix has B
 /// rows at least.
 #[derive(Clone, Debug)]
-pub(crate) struct Banded<S, const B: usize> {
+pub struct Banded<S, const B: usize> {
     cyclic: bool,
     /// Number of rows of each lane.
     counts: Vec<usize>,
@@ -29,6 +29,12 @@ pub(crate) struct Banded<S, const B: usize> {
     border: Vec<[S; B]>,
     /// The border's own block, then its factors.
     corner: [[S; B]; B],
+}
+
+impl<S: Scalar, const B: usize> Default for Banded<S, B> {
+    fn default() -> Self {
+        Banded::new(false, &[])
+    }
 }
 
 impl<S: Scalar, const B: usize> Banded<S, B> {
@@ -452,6 +458,7 @@ mod tests {
             }
         }
         check::<2>(false, [1, 2, 3, 4], 7);
+        check::<2>(true, [2, 3, 2, 5], 8);
         check::<3>(false, [1, 2, 3, 4], 7);
     }
 

@@ -5,15 +5,13 @@
 //! that a batch is solved many times faster than one system after the other, with the same bits for
 //! each; on a GPU they are solved by the kernels of [`ring`]. [`thomas`] is the textbook's
 //! elimination, which the CPU's fast path is tested against, as the kernels are against the CPU.
-//! Symmetric pentadiagonal systems, as smoothing splines need them, are factored and solved one at
-//! a time.
 
-pub(crate) mod banded;
+#[doc(hidden)]
+pub mod banded;
 #[doc(hidden)]
 pub mod block_ring;
 mod elimination;
 mod lanes;
-mod pentadiagonal;
 mod real;
 #[doc(hidden)]
 pub mod ring;
@@ -28,9 +26,6 @@ mod tridiagonal;
 mod wide;
 
 pub(crate) use lanes::{Part, Scratch};
-pub use pentadiagonal::{
-    factor_cyclic_pentadiagonal, factor_pentadiagonal, solve_cyclic_pentadiagonal, solve_pentadiagonal,
-};
 pub use real::Real;
 #[doc(hidden)]
 pub use scalar::{Lanes, Scalar};

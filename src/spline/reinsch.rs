@@ -19,9 +19,8 @@
 //! C. H. Reinsch, Smoothing by spline functions, Numer. Math. 10 (1967) 177–183; P. J. Green, B. W.
 //! Silverman, Nonparametric Regression and Generalized Linear Models (1994), section 2.3.
 
-use crate::linalg::{
-    Real, factor_cyclic_pentadiagonal, factor_pentadiagonal, solve_cyclic_pentadiagonal, solve_pentadiagonal,
-};
+use crate::linalg::Real;
+use crate::linalg::banded::Banded;
 
 /// Steps of iterative refinement at most. One suffices below some 10,000 knots; beyond, where a
 /// step leaves a tenth of the error or more, the rest are spent.
@@ -40,7 +39,7 @@ const FAILED_EPSILONS: f64 = 8192.0;
 /// The problem of one curve and its solution. The buffers are kept from curve to curve, so that
 /// none is allocated twice.
 #[derive(Default)]
-pub(crate) struct Reinsch<T> {
+pub(crate) struct Reinsch<T: Real> {
     /// Number of knots; a closed curve's first is not repeated.
     pub count: usize,
     /// 2 or 3.
@@ -67,15 +66,14 @@ pub(crate) struct Reinsch<T> {
     bands: Vec<[T; 5]>,
     /// Whether the bands are all finite.
     representable: bool,
-    diagonal: Vec<T>,
-    first: Vec<T>,
-    second: Vec<T>,
-    border: Vec<T>,
+    matrix: Banded<T, 2>,
+    /// 1 for every unknown: none is held.
+    movable: Vec<T>,
     /// Of a closed curve: the solution for a unit load on the last unknown.
     influence: Vec<T>,
 }
 
-impl<T: Real + Default> Reinsch<T> {
+impl<T: Real> Reinsch<T> {
     /// Computes what does not depend on λ, once the public fields are set.
     pub fn prepare(&mut self) {
         let (n, d) = (self.count, self.dimension);
@@ -88,12 +86,9 @@ impl<T: Real + Default> Reinsch<T> {
             buffer.resize(n * d, T::ZERO);
         }
         let unknowns = self.unknowns();
-        for buffer in [&mut self.diagonal, &mut self.first, &mut self.second] {
-            buffer.clear();
-            buffer.resize(unknowns, T::ZERO);
-        }
-        self.border.clear();
-        self.border.resize(if self.closed { 2 * (n - 2) } else { 0 }, T::ZERO);
+        self.matrix.renew(self.closed, &[unknowns]);
+        self.movable.clear();
+        self.movable.resize(unknowns, T::ONE);
         self.influence.clear();
         self.influence.resize(if self.closed { n } else { 0 }, T::ZERO);
         second_differences(&self.data, &self.inverse_spans, n, d, self.closed, |at, x| self.rhs[at] = x);
@@ -113,7 +108,7 @@ impl<T: Real + Default> Reinsch<T> {
     }
 
     /// Diagonal and band of R, diagonal and two bands of QᵀΩQ, at every unknown; those of a closed
-    /// curve with all indices modulo n, to be summed as `factor_cyclic_pentadiagonal` does.
+    /// curve with all indices modulo n, to be summed as [`Banded`] does.
     fn fill_bands(&mut self) {
         let (n, skipped) = (self.count, usize::from(!self.closed));
         let wrap = |k: usize| if k >= n { k - n } else { k };
@@ -187,24 +182,23 @@ impl<T: Real + Default> Reinsch<T> {
     /// Factors αR + βQᵀΩQ, for a closed curve with its last diagonal entry doubled: constants are
     /// in the null space of Q, so that for large λ the matrix itself is singular to rounding.
     fn factor(&mut self, alpha: T, beta: T) -> bool {
+        self.matrix.clear();
         for (j, band) in self.bands.iter().enumerate() {
             // Without smoothing the penalty plays no part, even where it overflows.
             let [_, _, two, three, four] = if beta > T::ZERO { *band } else { [T::ZERO; 5] };
-            self.diagonal[j] = alpha * band[0] + beta * two;
-            self.first[j] = alpha * band[1] + beta * three;
-            self.second[j] = beta * four;
+            let diagonal = alpha * band[0] + beta * two;
+            let is_doubled = self.closed && j + 1 == self.count;
+            self.matrix.add_diagonal(j, if is_doubled { diagonal + diagonal } else { diagonal });
+            self.matrix.add_entry(j + 1, j, alpha * band[1] + beta * three);
+            self.matrix.add_entry(j + 2, j, beta * four);
         }
-        if !self.closed {
-            return factor_pentadiagonal(&mut self.diagonal, &mut self.first, &mut self.second).is_ok();
+        let is_definite = self.matrix.factor(&self.movable) > T::ZERO;
+        if let Some(last) = self.influence.len().checked_sub(1) {
+            self.influence.fill(T::ZERO);
+            self.influence[last] = T::ONE;
+            self.matrix.solve(self.influence.as_chunks_mut::<1>().0);
         }
-        let last = self.count - 1;
-        self.diagonal[last] = self.diagonal[last] + self.diagonal[last];
-        let (diagonal, first, second) = (&mut self.diagonal, &mut self.first, &mut self.second);
-        let factored = factor_cyclic_pentadiagonal(diagonal, first, second, &mut self.border).is_ok();
-        self.influence.fill(T::ZERO);
-        self.influence[last] = T::ONE;
-        solve_cyclic_pentadiagonal(diagonal, first, second, &self.border, &mut self.influence, 1);
-        factored
+        is_definite
     }
 
     /// Solves with the factors, in place: `moments` or `step`.
@@ -219,10 +213,14 @@ impl<T: Real + Default> Reinsch<T> {
         if !self.closed {
             let ends = [0..d, (n - 1) * d..n * d];
             ends.into_iter().for_each(|end| x[end].fill(T::ZERO));
-            solve_pentadiagonal(&self.diagonal, &self.first, &self.second, &mut x[inner], d);
+        }
+        match d {
+            2 => self.matrix.solve(x[inner].as_chunks_mut::<2>().0),
+            _ => self.matrix.solve(x[inner].as_chunks_mut::<3>().0),
+        }
+        if !self.closed {
             return;
         }
-        solve_cyclic_pentadiagonal(&self.diagonal, &self.first, &self.second, &self.border, x, d);
         let share = |k: usize| self.spans[if k == 0 { n - 1 } else { k - 1 }] + self.spans[k];
         let unit = (0..n).fold(T::ZERO, |sum, k| sum + share(k) * self.influence[k]);
         for axis in 0..d {

@@ -12,7 +12,7 @@
 //!
 //! D is the operator of the paper's metric ⟨u, v⟩ = Σ (Du)_i (Dv)_i, frozen at the current curve.
 
-use crate::linalg::{factor_pentadiagonal, solve_pentadiagonal};
+use crate::linalg::banded::Banded;
 
 /// y′ and y″ at the inner mesh points.
 pub(super) struct Differences {
@@ -133,25 +133,24 @@ impl Bands {
         self
     }
 
-    /// The solution with the rows and columns of the data points zeroed but for their diagonal.
+    /// The solution where the unknowns of the data points are held at 0.
     ///
     /// `None` where the matrix is not positive definite. `rhs` is 0 at data points, and so is the
     /// solution.
-    pub fn solve(mut self, data: &[usize], mut rhs: Vec<f64>) -> Option<Vec<f64>> {
-        let [diagonal, first, second] = &mut self.0;
-        for &k in data {
-            // The value there does not matter, but it must be positive. A Hessian may have it
-            // negative.
-            diagonal[k] = diagonal[k].abs().max(f64::MIN_POSITIVE);
-            for (band, step) in [(&mut *first, 1), (&mut *second, 2)] {
-                band[k] = 0.0;
-                if k >= step {
-                    band[k - step] = 0.0;
-                }
-            }
+    pub fn solve(self, data: &[usize], mut rhs: Vec<f64>) -> Option<Vec<f64>> {
+        let mut matrix = Banded::<f64, 2>::new(false, &[rhs.len()]);
+        for i in 0..rhs.len() {
+            matrix.add_diagonal(i, self.0[0][i]);
+            matrix.add_entry(i + 1, i, self.0[1][i]);
+            matrix.add_entry(i + 2, i, self.0[2][i]);
         }
-        factor_pentadiagonal(diagonal, first, second).ok()?;
-        solve_pentadiagonal(diagonal, first, second, &mut rhs, 1);
+        let mut movable = vec![1.0; rhs.len()];
+        data.iter().for_each(|&k| movable[k] = 0.0);
+        let is_definite = matrix.factor(&movable) > 0.0;
+        if !is_definite {
+            return None;
+        }
+        matrix.solve(rhs.as_chunks_mut::<1>().0);
         rhs.iter().all(|x| x.is_finite()).then_some(rhs)
     }
 }
