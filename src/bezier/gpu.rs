@@ -1,4 +1,4 @@
-//! [`Job`]: small matrices applied to many curves on a GPU. [`polygons`] completes and transforms
+//! [`Products`]: small matrices applied to many curves on a GPU. [`polygons`] completes and transforms
 //! with it.
 
 mod layout;
@@ -19,7 +19,7 @@ use crate::linalg::{power_of_two, take};
 use crate::parallel;
 use crate::precision::Precision;
 use bytemuck::{Pod, Zeroable};
-use layout::{Found, Layout};
+use layout::{Layout, Results};
 pub(super) use polygons::{complete_on_gpu, transform_on_gpu};
 
 /// Threads of a workgroup, which is also its number of curves.
@@ -86,8 +86,8 @@ impl Product<'_> {
     }
 }
 
-/// One run: the number of each curve's operator, or [`NONE`] if there is nothing to do.
-struct Job<'a> {
+/// Products for many curves: the number of each curve's operator, or [`NONE`] if there is none.
+struct Products<'a> {
     gpu: &'a Gpu,
     precision: Precision,
     /// Coordinates of a point.
@@ -106,15 +106,14 @@ struct UnderWay<'a> {
     sizes: Vec<f64>,
 }
 
-impl<'a> Job<'a> {
+impl<'a> Products<'a> {
     /// Applies all operators.
     ///
-    /// `finish` gets what was found for a range of curves. Ranges come in order and cover all
-    /// curves.
+    /// `finish` gets the results of a range of curves. Ranges come in order and cover all curves.
     ///
     /// The data of a curve are divided by the power of two at or below the largest of them, which
     /// rounds nothing. A curve whose data are not all finite is not sent.
-    fn run(&self, gather: &Gather, finish: &mut dyn FnMut(&Range<usize>, &Found)) -> Result<(), Interrupted> {
+    fn run(&self, gather: &Gather, finish: &mut dyn FnMut(&Range<usize>, &Results)) -> Result<(), Interrupted> {
         let bytes = self.precision.bytes();
         self.check(bytes)?;
         // Storage, what is downloaded of it, and what is packed at the same time.
@@ -128,7 +127,7 @@ impl<'a> Job<'a> {
             |chunk| self.start(chunk, gather),
             once(|UnderWay { pending, layout, sizes }| Ok((pending.wait()?, layout, sizes))),
             |chunk, (results, layout, sizes): (Vec<Downloaded>, Layout, Vec<f64>)| {
-                finish(chunk, &Found::new(self, &layout, &sizes, &results[0].reals()));
+                finish(chunk, &Results::new(self, &layout, &sizes, &results[0].reals()));
                 Ok(())
             },
         )

@@ -69,7 +69,7 @@ pub(super) fn subdivide(
     values: &mut [f64],
     reports: &mut [GridReport],
 ) -> Result<()> {
-    let lost = Job::new(method, grids, gpu, precision, reports).run(method, values)?;
+    let lost = Subdivision::new(method, grids, gpu, precision, reports).run(method, values)?;
     if let Some(Lost { finished, why }) = lost {
         for (i, report) in reports.iter_mut().enumerate().skip(finished).filter(|(_, report)| report.status.is_usable())
         {
@@ -80,8 +80,8 @@ pub(super) fn subdivide(
     Ok(())
 }
 
-/// One run.
-struct Job<'a> {
+/// The subdivision of many grids.
+struct Subdivision<'a> {
     gpu: &'a Gpu,
     precision: Precision,
     grids: &'a Grids,
@@ -106,7 +106,7 @@ struct UnderWay<'a> {
     frames: Vec<f64>,
 }
 
-impl<'a> Job<'a> {
+impl<'a> Subdivision<'a> {
     fn new(
         method: &Subdivide,
         grids: &'a Grids,
@@ -118,16 +118,18 @@ impl<'a> Job<'a> {
             Rule::Exact => Prepared::Exact,
             Rule::Sparse(rule) => Prepared::Sparse(Weights::new(rule)),
         };
-        let mut job = Job { gpu, precision, grids, reports, rounds: method.rounds, rule, sent: Vec::new() };
-        job.sent = (0..grids.len()).map(|i| reports[i].status.is_usable() && job.takes(grids.shape(i))).collect();
-        if let (Prepared::Sparse(weights), Rule::Sparse(rule)) = (&mut job.rule, &method.rule) {
-            let shapes = (0..grids.len()).filter(|&i| job.sent[i]).map(|i| grids.shape(i));
+        let mut subdivision =
+            Subdivision { gpu, precision, grids, reports, rounds: method.rounds, rule, sent: Vec::new() };
+        subdivision.sent =
+            (0..grids.len()).map(|i| reports[i].status.is_usable() && subdivision.takes(grids.shape(i))).collect();
+        if let (Prepared::Sparse(weights), Rule::Sparse(rule)) = (&mut subdivision.rule, &method.rule) {
+            let shapes = (0..grids.len()).filter(|&i| subdivision.sent[i]).map(|i| grids.shape(i));
             weights.add(rule, shapes, method.rounds);
             if weights.len() as u64 * precision.bytes() > gpu.limits().array_bytes() {
-                job.sent.fill(false);
+                subdivision.sent.fill(false);
             }
         }
-        job
+        subdivision
     }
 
     /// Whether the device computes grids of this shape.

@@ -85,7 +85,7 @@ pub(super) fn fit_on_gpu(
     let done = plan::chunks(counts, scratch, 2 * scratch + real * (2 + d) as u64, gpu.limits()).and_then(|chunks| {
         let mut smoother = Smoother::default();
         // Packing the next chunk and unpacking the last one take turns on this thread.
-        let job = std::cell::RefCell::new(Job {
+        let run = std::cell::RefCell::new(SmoothingRun {
             own,
             epsilon: precision.epsilon(),
             batch,
@@ -97,9 +97,9 @@ pub(super) fn fit_on_gpu(
         });
         kept(pipeline(
             chunks,
-            |curves| job.borrow_mut().record(gpu.record(precision), curves),
+            |curves| run.borrow_mut().record(gpu.record(precision), curves),
             once(|(pending, sent): (Pending<'_>, _)| Ok((pending.wait()?, sent))),
-            |_, (results, sent)| job.borrow_mut().unpack(&sent, &results),
+            |_, (results, sent)| run.borrow_mut().unpack(&sent, &results),
         ))
     });
     knots.values = Arc::new(values);
@@ -112,7 +112,7 @@ pub(super) fn fit_on_gpu(
     Ok((second, reports.into_iter().map(|report| report.expect("every curve was fitted or refused")).collect()))
 }
 
-struct Job<'a> {
+struct SmoothingRun<'a> {
     own: OfCurve<'a>,
     /// Of the device's precision.
     epsilon: f64,
@@ -127,7 +127,7 @@ struct Job<'a> {
 /// A curve on its way: its index and where its knots start in the chunk's arrays.
 type Sent = (usize, usize);
 
-impl Job<'_> {
+impl SmoothingRun<'_> {
     fn target(&mut self, i: usize) -> (Target<'_>, &mut Smoother) {
         let d = self.knots.dimension;
         let range = self.knots.offsets[i] * d..self.knots.offsets[i + 1] * d;

@@ -1,8 +1,8 @@
-//! [`Layout`]: where a chunk's curves stand on the device. [`Found`]: what came back of them.
+//! [`Layout`]: where a chunk's curves stand on the device. [`Results`]: what came back of them.
 
 use std::ops::Range;
 
-use super::{GROUP, Job, NONE, Product};
+use super::{GROUP, NONE, Product, Products};
 
 /// The curves of one workgroup, which share an operator.
 ///
@@ -34,9 +34,10 @@ pub(super) struct Layout {
 }
 
 impl Layout {
-    pub fn new(job: &Job, chunk: &Range<usize>) -> Self {
-        let for_kernel: Vec<bool> = (0..job.operators.len() as u32).map(|k| job.product(k).is_some()).collect();
-        let number = |i: usize| Some(job.numbers[i]).filter(|&k| k != NONE && for_kernel[k as usize]);
+    pub fn new(products: &Products, chunk: &Range<usize>) -> Self {
+        let for_kernel: Vec<bool> =
+            (0..products.operators.len() as u32).map(|k| products.product(k).is_some()).collect();
+        let number = |i: usize| Some(products.numbers[i]).filter(|&k| k != NONE && for_kernel[k as usize]);
         let mut ends = vec![0; for_kernel.len()];
         chunk.clone().filter_map(number).for_each(|k| ends[k as usize] += 1);
         let counts = ends.clone();
@@ -61,7 +62,7 @@ impl Layout {
             results: 0,
         };
         for k in (0..counts.len()).filter(|&k| counts[k] > 0) {
-            let product = job.product(k as u32).expect("it was counted");
+            let product = products.product(k as u32).expect("it was counted");
             for first in (ends[k] - counts[k]..ends[k]).step_by(GROUP) {
                 let curves = (ends[k] - first).min(GROUP);
                 for lane in 0..curves {
@@ -69,8 +70,8 @@ impl Layout {
                     layout.places[i - chunk.start] = (layout.tiles.len() as u32, lane as u32);
                 }
                 layout.tiles.push(Tile { number: k as u32, first, curves, start: layout.data, out: layout.results });
-                layout.data += product.operator.columns() * job.dimension * curves;
-                layout.results += job.results_of(product) * curves;
+                layout.data += product.operator.columns() * products.dimension * curves;
+                layout.results += products.results_of(product) * curves;
             }
         }
         layout
@@ -78,32 +79,32 @@ impl Layout {
 }
 
 /// What came back of a chunk.
-pub(super) struct Found<'a> {
-    job: &'a Job<'a>,
+pub(super) struct Results<'a> {
+    products: &'a Products<'a>,
     layout: &'a Layout,
     sizes: &'a [f64],
     numbers: &'a [f64],
 }
 
-impl<'a> Found<'a> {
-    pub fn new(job: &'a Job<'a>, layout: &'a Layout, sizes: &'a [f64], numbers: &'a [f64]) -> Self {
-        Found { job, layout, sizes, numbers }
+impl<'a> Results<'a> {
+    pub fn new(products: &'a Products<'a>, layout: &'a Layout, sizes: &'a [f64], numbers: &'a [f64]) -> Self {
+        Results { products, layout, sizes, numbers }
     }
 
     /// What came back of a curve, if it was sent.
     #[inline(always)]
-    pub fn of(&self, i: usize) -> Option<FoundCurve<'_>> {
+    pub fn of(&self, i: usize) -> Option<CurveResults<'_>> {
         let (tile, lane) = self.layout.places[i - self.layout.first];
         let tile = self.layout.tiles.get(tile as usize)?;
         let size = self.sizes[tile.first + lane as usize];
-        let product = self.job.product(tile.number)?;
+        let product = self.products.product(tile.number)?;
         let place = tile.out + lane as usize;
-        let magnitudes = self.job.magnitudes();
+        let magnitudes = self.products.magnitudes();
         let at_once = product.rows_at_once();
-        (!size.is_nan()).then_some(FoundCurve {
+        (!size.is_nan()).then_some(CurveResults {
             numbers: self.numbers,
             product,
-            dimension: self.job.dimension,
+            dimension: self.products.dimension,
             place,
             stride: tile.curves,
             size,
@@ -114,7 +115,7 @@ impl<'a> Found<'a> {
 }
 
 /// What came back of a curve.
-pub(super) struct FoundCurve<'a> {
+pub(super) struct CurveResults<'a> {
     numbers: &'a [f64],
     product: Product<'a>,
     dimension: usize,
@@ -125,7 +126,7 @@ pub(super) struct FoundCurve<'a> {
     at_once: usize,
 }
 
-impl FoundCurve<'_> {
+impl CurveResults<'_> {
     #[inline(always)]
     fn at(&self, number: usize) -> f64 {
         self.numbers[self.place + number * self.stride]

@@ -5,8 +5,8 @@
 
 use std::collections::BTreeMap;
 
-use super::layout::FoundCurve;
-use super::{Job, NONE, Product};
+use super::layout::CurveResults;
+use super::{NONE, Product, Products};
 use crate::bezier::complete::{Completion, Outcome, Solved};
 use crate::bezier::operator::Operator;
 use crate::bezier::polygons::{Controls, Polygons};
@@ -56,9 +56,9 @@ pub(crate) fn complete_on_gpu<const D: usize>(
         .iter()
         .map(|ready| ready.as_ref().map(|own| Product { operator: &own.operator, points: own.unknown.len() }))
         .collect();
-    let job = Job { gpu, precision, dimension: D, operators, numbers: completion.numbers.clone() };
+    let products = Products { gpu, precision, dimension: D, operators, numbers: completion.numbers.clone() };
     let gather = |i: usize, data: &mut Vec<f64>| {
-        let number = job.numbers[i] as usize;
+        let number = products.numbers[i] as usize;
         let Some(ready) = &completion.ready[number] else { return false };
         let is_given = completion.gather::<D>(i, ready, data).is_ok();
         if let (Some(line), true) = (&lines[number], is_given) {
@@ -70,7 +70,7 @@ pub(crate) fn complete_on_gpu<const D: usize>(
     let offsets = completion.polygons.offsets;
     let Solved { coords, energies, .. } = solved;
     let (mut coords, mut energies) = (&mut coords[..], &mut energies[..]);
-    let done = job.run(&gather, &mut |chunk, found| {
+    let done = products.run(&gather, &mut |chunk, found| {
         let parts: Vec<_> = tasks(&offsets[chunk.start..=chunk.end])
             .into_iter()
             .map(|curves| {
@@ -87,7 +87,7 @@ pub(crate) fn complete_on_gpu<const D: usize>(
                 let own = take(&mut points, completion.polygons.count(i));
                 outcomes.push(completion.ready(i).and_then(|ready| {
                     if let Some(found) = found.of(i) {
-                        *energy = complete(ready, lines[job.numbers[i] as usize].as_ref(), &found, own);
+                        *energy = complete(ready, lines[products.numbers[i] as usize].as_ref(), &found, own);
                         let outcome = ready.status(own.as_flattened(), *energy);
                         if outcome.is_ok() && is_precise::<D>(&found, &[own], *energy) {
                             return outcome;
@@ -109,7 +109,7 @@ pub(crate) fn complete_on_gpu<const D: usize>(
 
 /// Puts the unknown points in their places. Returns the energy.
 #[inline(always)]
-fn complete<const D: usize>(ready: &Ready, line: Option<&Line>, found: &FoundCurve, own: &mut [[f64; D]]) -> f64 {
+fn complete<const D: usize>(ready: &Ready, line: Option<&Line>, found: &CurveResults, own: &mut [[f64; D]]) -> f64 {
     let origin = ready.known.first().map_or([0.0; D], |&first| own[usize::from(first)]);
     let slope = line.map(|line| line.slope::<D>(&std::array::from_fn(|c| own[line.last][c] - origin[c])));
     for (row, &place) in ready.unknown.iter().enumerate() {
@@ -127,7 +127,7 @@ fn complete<const D: usize>(ready: &Ready, line: Option<&Line>, found: &FoundCur
 }
 
 /// Whether f32 was precise enough for a curve. f64 always is.
-fn is_precise<const D: usize>(found: &FoundCurve, points: &[&[[f64; D]]], energy: f64) -> bool {
+fn is_precise<const D: usize>(found: &CurveResults, points: &[&[[f64; D]]], energy: f64) -> bool {
     let Some(magnitude) = found.magnitude() else { return true };
     let lost = ROUNDINGS * 0.5 * f64::from(f32::EPSILON);
     let extent = points.iter().map(|points| Bounds::of(points.iter().copied()).half_size()).fold(0.0, f64::max);
@@ -196,7 +196,7 @@ pub(crate) fn transform_on_gpu<const D: usize>(
     let counts: Vec<usize> = operators.keys().copied().collect();
     let number = |i: usize| counts.binary_search(&polygons.count(i)).ok();
     let copies: Vec<Vec<Option<usize>>> = operators.values().map(copies).collect();
-    let job = Job {
+    let products = Products {
         gpu,
         precision,
         dimension: D,
@@ -215,7 +215,7 @@ pub(crate) fn transform_on_gpu<const D: usize>(
     };
     let offsets = &made.offsets;
     let mut coords = &mut made.coords[..];
-    job.run(&gather, &mut |chunk, found| {
+    products.run(&gather, &mut |chunk, found| {
         let parts: Vec<_> = tasks(&offsets[chunk.start..=chunk.end])
             .into_iter()
             .map(|curves| {

@@ -1,5 +1,5 @@
 //! What the kernel makes of a matrix and data, against its twin; host structs, constants, divisions
-//! of the job.
+//! of the products.
 
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -61,7 +61,7 @@ fn apply_all<const D: usize>(
     points: impl Fn(&Operator<f64>) -> usize,
     data: &[Vec<[f64; D]>],
 ) -> Vec<Back<D>> {
-    let job = Job {
+    let products = Products {
         gpu,
         precision,
         dimension: D,
@@ -74,14 +74,15 @@ fn apply_all<const D: usize>(
         own.extend_from_slice(data[i].as_flattened());
         true
     };
-    job.run(&gather, &mut |chunk, found| {
-        for i in chunk.clone() {
-            let own = found.of(i).expect("all were sent");
-            let rows = points(&operators[i % operators.len()]);
-            back.push(((0..rows).map(|row| own.point(row)).collect(), own.energy(), own.magnitude()));
-        }
-    })
-    .unwrap();
+    products
+        .run(&gather, &mut |chunk, found| {
+            for i in chunk.clone() {
+                let own = found.of(i).expect("all were sent");
+                let rows = points(&operators[i % operators.len()]);
+                back.push(((0..rows).map(|row| own.point(row)).collect(), own.energy(), own.magnitude()));
+            }
+        })
+        .unwrap();
     back
 }
 
@@ -215,17 +216,19 @@ fn curves_without_finite_data_are_not_sent() {
     let operator = completion(3, |i| i != 2);
     let product = Product { operator: &operator, points: operator.rows() };
     let numbers = vec![0, 0, NONE, 0, 0];
-    let job = Job { gpu: &gpu, precision: Precision::F32, dimension: 1, operators: vec![Some(product)], numbers };
+    let products =
+        Products { gpu: &gpu, precision: Precision::F32, dimension: 1, operators: vec![Some(product)], numbers };
     let gather = |i: usize, own: &mut Vec<f64>| {
         own.clear();
         own.extend([1.0, 2.0, [f64::NAN, 3.0, 0.0, f64::INFINITY, 4.0][i]]);
         i != 1
     };
     let mut back = Vec::new();
-    job.run(&gather, &mut |chunk, found| {
-        back.extend(chunk.clone().map(|i| found.of(i).map(|own| own.point(0))));
-    })
-    .unwrap();
+    products
+        .run(&gather, &mut |chunk, found| {
+            back.extend(chunk.clone().map(|i| found.of(i).map(|own| own.point(0))));
+        })
+        .unwrap();
     assert_eq!(back, [None, None, None, None, Some([3.0])]);
 }
 

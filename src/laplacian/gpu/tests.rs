@@ -1,4 +1,4 @@
-//! The kernels against their twins in single precision; host structs; divisions of the job.
+//! The kernels against their twins in single precision; host structs; divisions of chunks.
 
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -36,10 +36,10 @@ fn usable(grids: &Grids) -> Vec<GridReport> {
 
 fn on_gpu(method: &Subdivide, grids: &Grids, gpu: &Gpu, precision: Precision) -> Vec<f64> {
     let reports = usable(grids);
-    let job = Job::new(method, grids, gpu, precision, &reports);
-    let count = (0..grids.len()).map(|i| job.values(grids.shape(i))).sum();
+    let subdivision = Subdivision::new(method, grids, gpu, precision, &reports);
+    let count = (0..grids.len()).map(|i| subdivision.values(grids.shape(i))).sum();
     let mut values = vec![f64::NAN; count];
-    job.run(method, &mut values).unwrap();
+    subdivision.run(method, &mut values).unwrap();
     values
 }
 
@@ -164,7 +164,7 @@ fn what_takes_threads_too_long_is_not_for_the_device() {
     let Some(gpu) = gpu() else { return };
     let takes = |rule: Rule, rounds: u32, dimension: usize, shape: [usize; 2]| {
         let grids = Grids::new(dimension, Vec::new(), Vec::new()).unwrap();
-        Job::new(&Subdivide { rule, rounds }, &grids, &gpu, Precision::F32, &[]).takes(shape)
+        Subdivision::new(&Subdivide { rule, rounds }, &grids, &gpu, Precision::F32, &[]).takes(shape)
     };
     let sparse = || Rule::Sparse(SparseRule::of_support(11, Reproduces::Constants).unwrap());
     for rule in [Rule::Exact, sparse()] {
