@@ -9,8 +9,8 @@ use crate::{bezier, discrete, laplacian, linalg, scf, spline};
 pub fn kernels() -> Vec<KernelKey> {
     let mut keys = Vec::new();
     for precision in [Precision::F32, Precision::F64] {
-        for (path, definitions) in spline::row_sources().into_iter().chain(linalg::ring::row_sources()) {
-            keys.extend(linalg::ring::kernels(precision, path, &definitions));
+        for source in spline::ROW_SOURCES.into_iter().chain(linalg::ring::ROW_SOURCES) {
+            keys.extend(linalg::ring::kernels(precision, source));
         }
         keys.extend(linalg::block_ring::block_ring_kernels(precision));
         keys.extend([2, 3].map(|dimension| spline::smoothing_kernel(precision, dimension)));

@@ -20,8 +20,9 @@ struct DescentParams {
     direction: u32,
     // 1: a line search; 0: steps of constant size.
     search: u32,
-    // With LANES: of every curve.
+    // With LANES: of every curve, which so many lanes share.
     ticks: u32,
+    lanes: u32,
 }
 
 struct DescentTask {

@@ -46,6 +46,7 @@ pub(crate) struct DescentParams {
     pub direction: u32,
     pub search: u32,
     pub ticks: u32,
+    pub lanes: u32,
 }
 
 /// `DescentTask` of `descent.wgsl`.
@@ -119,7 +120,7 @@ pub(crate) fn descent_kernel(composition: &Composition, order: usize, way: Way, 
         definitions.insert(name.into(), "1".into());
     }
     if way.lanes() > 1 {
-        definitions.insert("LANES".into(), way.lanes().to_string());
+        definitions.insert("LANES".into(), "1".into());
         definitions.insert("REACH".into(), order.to_string());
     }
     KernelKey { path: "discrete/descent.wgsl", entry: "descend", precision, definitions }
@@ -353,6 +354,7 @@ impl<'a, const D: usize> Job<'a, D> {
             direction: run.plan.direction as u32,
             search: (run.plan.step == Step::Search).into(),
             ticks: listed.iter().map(|task| task.ticks).min().unwrap_or(0),
+            lanes: self.way.lanes() as u32,
         });
         let tasks = recording.upload(&listed);
         let mut bound = vec![("params", &params), ("tasks", &tasks)];

@@ -9,7 +9,7 @@ use super::knots::Knots;
 use super::packing::{Frame, frames_of};
 use super::sample::Sites;
 use crate::error::Result;
-use crate::gpu::source::{Definitions, definitions};
+use crate::gpu::source::definitions;
 use crate::gpu::{Buffer, Gpu, KernelKey, Lost, Pending, Recording, kept, once, pipeline, plan};
 use crate::linalg::ring::{RingKernel, RowSource, Solve};
 use crate::precision::Precision;
@@ -89,14 +89,14 @@ pub(crate) fn fit(
         lost: None,
     };
     let chunks = chunks(gpu, precision, knots, samples)?;
-    let job = Job { knots, frames: &frames_of(knots), ends, samples, sample_offsets: &offsets };
+    let run = SplineRun { knots, frames: &frames_of(knots), ends, samples, sample_offsets: &offsets };
     let done = pipeline(
         chunks,
-        |curves| job.record(gpu.record(precision), curves)?.submit(),
+        |curves| run.record(gpu.record(precision), curves)?.submit(),
         once(Pending::wait),
         |curves, results| match precision {
-            Precision::F64 => job.unpack::<f64>(curves, &results, &mut fitted),
-            _ => job.unpack::<f32>(curves, &results, &mut fitted),
+            Precision::F64 => run.unpack::<f64>(curves, &results, &mut fitted),
+            _ => run.unpack::<f32>(curves, &results, &mut fitted),
         },
     );
     fitted.lost = kept(done)?;
@@ -118,16 +118,16 @@ pub(crate) fn sample(
     let offsets = sample_offsets(knots, samples);
     let mut out = vec![0.0; offsets[knots.len()] * d];
     let chunks = chunks(gpu, precision, knots, samples)?;
-    let job = Job { knots, frames: &frames_of(knots), ends: &NaturalEnds, samples, sample_offsets: &offsets };
+    let run = SplineRun { knots, frames: &frames_of(knots), ends: &NaturalEnds, samples, sample_offsets: &offsets };
     pipeline(
         chunks,
-        |curves| job.record_samples_of(gpu.record(precision), curves, second)?.submit(),
+        |curves| run.record_samples_of(gpu.record(precision), curves, second)?.submit(),
         once(Pending::wait),
         |curves, results| {
             if let Some(samples) = results.first() {
                 match precision {
-                    Precision::F64 => job.unpack_samples::<f64>(curves, samples.as_slice(), &mut out),
-                    _ => job.unpack_samples::<f32>(curves, samples.as_slice(), &mut out),
+                    Precision::F64 => run.unpack_samples::<f64>(curves, samples.as_slice(), &mut out),
+                    _ => run.unpack_samples::<f32>(curves, samples.as_slice(), &mut out),
                 }
             }
             Ok(())
@@ -162,7 +162,7 @@ fn chunks(gpu: &Gpu, precision: Precision, knots: &Knots, samples: &Samples<'_>)
 }
 
 /// One run over chunks of curves: what its recordings, and `packing`, read.
-pub(super) struct Job<'a> {
+pub(super) struct SplineRun<'a> {
     pub knots: &'a Knots,
     pub frames: &'a [Frame],
     pub ends: &'a dyn EndDerivatives,
@@ -170,7 +170,7 @@ pub(super) struct Job<'a> {
     pub sample_offsets: &'a [usize],
 }
 
-impl Job<'_> {
+impl SplineRun<'_> {
     fn record<'g>(&self, mut recording: Recording<'g>, curves: &Range<usize>) -> Result<Recording<'g>> {
         let (spans, edges) = self.pack(curves);
         let (systems, end_derivatives) = self.systems(curves);
@@ -179,7 +179,7 @@ impl Job<'_> {
             [&spans, &edges, &end_derivatives].map(|numbers| recording.upload_reals(numbers));
         let status = recording.storage(4 * curves.len() as u64);
         let buffers = vec![("spans", &spans), ("edges", &edges), ("end_derivatives", &end_derivatives)];
-        let source = RowSource { path: "spline/natural.wgsl", definitions: Definitions::new(), buffers };
+        let source = RowSource { path: "spline/natural.wgsl", buffers };
         let solve = Solve { systems: &systems, columns: self.knots.dimension as u32, kernel: RingKernel::Auto };
         solve.record(&mut recording, &source, &second, &status)?;
         recording.download(&second);

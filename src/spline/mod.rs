@@ -45,12 +45,8 @@ pub use piecewise::{Boundary, Condition, Extrapolate, Knotted, Piecewise};
 pub use smoothing::{Amount, LAMBDA_CAP, LEAST_SHARE, LEAST_SHARE_OF_LAMBDA, Smoothing};
 pub(crate) use smoothing_gpu::kernel as smoothing_kernel;
 
-use crate::gpu::source::Definitions;
-
 /// Shader files of this room that give the ring kernels their rows.
-pub(crate) fn row_sources() -> Vec<(&'static str, Definitions)> {
-    ["spline/natural.wgsl", "spline/uniform.wgsl"].map(|path| (path, Definitions::new())).to_vec()
-}
+pub(crate) const ROW_SOURCES: [&str; 2] = ["spline/natural.wgsl", "spline/uniform.wgsl"];
 
 /// The other kernels of this room: files and entry points.
 pub(crate) const KERNELS: [(&str, &[&str]); 3] = [

@@ -3,7 +3,7 @@
 
 use std::ops::Range;
 
-use super::gpu::{Fitted, Job, Samples};
+use super::gpu::{Fitted, Samples, SplineRun};
 use super::knots::Knots;
 use crate::bounds::Bounds;
 use crate::error::Result;
@@ -70,7 +70,7 @@ fn coordinates(ends: &[usize], d: usize) -> Vec<usize> {
     ends.iter().map(|end| end * d).collect()
 }
 
-impl Job<'_> {
+impl SplineRun<'_> {
     pub fn fitted_curves(&self, curves: &Range<usize>) -> impl Iterator<Item = usize> {
         curves.clone().filter(|&i| !self.knots.range(i).is_empty())
     }

@@ -9,7 +9,7 @@ use super::gpu::GROUP;
 use super::packing::Frame;
 use crate::batch::CurveBatch;
 use crate::error::Result;
-use crate::gpu::source::{Definitions, definitions};
+use crate::gpu::source::definitions;
 use crate::gpu::{Buffer, Gpu, KernelKey, Pending, Recording, once, pipeline, plan};
 use crate::linalg::ring::{FLAG_CYCLIC, RingKernel, RowSource, Solve, System};
 use crate::precision::Precision;
@@ -236,11 +236,7 @@ impl Job<'_> {
         let d = self.batch.dimension();
         let solution = recording.storage_reals((self.batch.offsets()[curves.end] - first) * d);
         let status = recording.storage(4 * curves.len() as u64);
-        let source = RowSource {
-            path: "spline/uniform.wgsl",
-            definitions: Definitions::new(),
-            buffers: vec![("values", points)],
-        };
+        let source = RowSource { path: "spline/uniform.wgsl", buffers: vec![("values", points)] };
         let solve = Solve { systems: &systems, columns: d as u32, kernel: RingKernel::Auto };
         solve.record(recording, &source, &solution, &status)?;
         Ok(solution)

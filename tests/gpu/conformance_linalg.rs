@@ -111,7 +111,7 @@ fn every_kernel_solves_bands_of_every_size_open_and_cyclic() {
             conform(&what, &device, tolerance::BANDS, Unit::Largest, |device| systems.solve(kernel, device));
         }
     }
-    // Four columns at once and one more.
+    // Three columns at once and two more.
     let systems = Systems::<f64>::new(false, &(1..=40).collect::<Vec<_>>(), 5, 5);
     let solve = |device: &Device| systems.solve(RingKernel::Auto, device);
     conform("bands, 5 columns", &device, tolerance::BANDS, Unit::Largest, solve);

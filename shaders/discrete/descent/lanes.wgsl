@@ -1,4 +1,4 @@
-// Descents by Newton's method, $LANES lanes a curve: each has the chunk of vertices that it has in the block ring.
+// Descents by Newton's method, params.lanes lanes a curve: each has the chunk of vertices that it has in the block ring.
 // The first of them judges trials for all. Several curves share a workgroup, whose barriers all threads meet:
 // those of curves that have ended do nothing between.
 // Twin: src/discrete/descent.rs.
@@ -193,10 +193,10 @@ fn anyone(runs: bool, thread: u32) -> bool {
 }
 
 //:include entry.wgsl ENTRY=descend
-    let index = min(task / RING_LANES, params.tasks - 1u);
-    let live = task / RING_LANES < params.tasks;
+    let index = min(task / params.lanes, params.tasks - 1u);
+    let live = task / params.lanes < params.tasks;
     let curve = load_curve(tasks[index].slot);
-    var ring = block_ring(curve.vertices, curve.closed != 0u, curve.scratch, thread % RING_LANES, live);
+    var ring = block_ring(curve.vertices, curve.closed != 0u, curve.scratch, thread % params.lanes, live);
     let works = ring.working;
     if (works && states[curve.slot].standing == STANDING_START) {
         begin(curve, ring);

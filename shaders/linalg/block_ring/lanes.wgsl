@@ -1,8 +1,10 @@
-// Block-banded systems given as arrays, $LANES lanes a curve. Twin: src/linalg/block_ring/lanes.rs.
+// Block-banded systems given as arrays, params.lanes lanes a curve. Twin: src/linalg/block_ring/lanes.rs.
 
 struct BlockParams {
     // Curves of the dispatch.
     count: u32,
+    // Lanes that share a curve.
+    lanes: u32,
 }
 
 struct BlockCurve {
@@ -62,10 +64,10 @@ fn ring_store(curve: Curve, v: u32, x: vector) {
 }
 
 //:include entry.wgsl ENTRY=solve
-    let index = task / RING_LANES;
+    let index = task / params.lanes;
     let curve = curves[min(index, params.count - 1u)];
     let live = index < params.count;
-    let ring = block_ring(curve.vertices, curve.closed != 0u, curve.scratch, thread % RING_LANES, live);
+    let ring = block_ring(curve.vertices, curve.closed != 0u, curve.scratch, thread % params.lanes, live);
     let smallest = solve_block_ring(curve, ring);
     if (ring.working && ring.lane == 0u) {
         pivots[index] = smallest;

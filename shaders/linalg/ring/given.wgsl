@@ -1,30 +1,30 @@
 // Rows given as arrays: three bands, or the excesses and edge weights of a network (see Matrix in
 // src/linalg/tridiagonal.rs).
 
-//:if NETWORK
-@group(0) @binding(4) var<storage, read> excesses: array<real>;
-@group(0) @binding(5) var<storage, read> weights: array<real>;
-//:else
+const FLAG_NETWORK: u32 = 2u;
+
+// The diagonal, or the excesses of a network.
 @group(0) @binding(4) var<storage, read> diagonal: array<real>;
+// The weights of a network are in both.
 @group(0) @binding(5) var<storage, read> lower: array<real>;
 @group(0) @binding(6) var<storage, read> upper: array<real>;
-//:end
 @group(0) @binding(7) var<storage, read> right_hand_sides: array<real>;
 
 fn load_row(system: System, i: u32) -> Row {
     let cyclic = (system.flags & FLAG_CYCLIC) != 0u;
+    let network = (system.flags & FLAG_NETWORK) != 0u;
     let k = system.start + i;
     let last = i + 1u == system.rows;
     var row: Row;
-//:if NETWORK
-    row.left = select(real(0), weights[k], cyclic || i > 0u);
-    row.right = select(real(0), weights[select(k + 1u, system.start, last)], cyclic || !last);
-    row.excess = excesses[k];
-//:else
-    row.left = select(real(0), -lower[k], cyclic || i > 0u);
-    row.right = select(real(0), -upper[k], cyclic || !last);
-    row.excess = diagonal[k] - row.left - row.right;
-//:end
+    if (network) {
+        row.left = select(real(0), lower[k], cyclic || i > 0u);
+        row.right = select(real(0), upper[select(k + 1u, system.start, last)], cyclic || !last);
+        row.excess = diagonal[k];
+    } else {
+        row.left = select(real(0), -lower[k], cyclic || i > 0u);
+        row.right = select(real(0), -upper[k], cyclic || !last);
+        row.excess = diagonal[k] - row.left - row.right;
+    }
     return row;
 }
 

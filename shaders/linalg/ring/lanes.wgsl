@@ -1,15 +1,14 @@
 // Batched tridiagonal systems, open and cyclic, by partition and cyclic reduction over a ring of
 // lanes.
 //
-// $LANES lanes share a system. Each eliminates its chunk of consecutive rows down to the first of
-// them, the kept row; the kept rows form a cyclic tridiagonal system, reduced by log2 $LANES steps
-// of cyclic reduction; then every lane substitutes back. A ring makes open (one weight zero) and
-// cyclic systems the same code. Row form: see mod.wgsl.
+// params.lanes lanes share a system. Each eliminates its chunk of at most $Q consecutive rows down to
+// the first of them, the kept row. The kept rows form a cyclic tridiagonal system, reduced by
+// log2 lanes steps of cyclic reduction. Then every lane substitutes back. A ring makes open (one
+// weight zero) and cyclic systems the same code. Row form: see mod.wgsl.
 // Twin: src/linalg/ring/lanes.rs, same names, same order of operations.
 //:include linalg/ring/mod.wgsl
 //:include $ROWS
 
-const LANES: u32 = $LANESu;
 const GROUP: u32 = $GROUPu;
 
 //:if SUBGROUP
@@ -30,20 +29,20 @@ fn solve(
     @builtin(subgroup_id) subgroup: u32,
     @builtin(subgroup_size) subgroup_size: u32,
 ) {
-    let slot = subgroup * (subgroup_size / LANES) + thread / LANES;
+    let slot = subgroup * (subgroup_size / params.lanes) + thread / params.lanes;
 //:else
     @builtin(local_invocation_index) thread: u32,
 ) {
-    let slot = thread / LANES;
+    let slot = thread / params.lanes;
 //:end
-    let task = (workgroup.x + workgroup.y * workgroups.x) * (GROUP / LANES) + slot;
+    let task = (workgroup.x + workgroup.y * workgroups.x) * (GROUP / params.lanes) + slot;
     let live = task < params.count;
     let system = systems[min(task, params.count - 1u)];
-    let lane = thread % LANES;
+    let lane = thread % params.lanes;
     let base = thread - lane;
 
     // Short systems use a ring of fewer lanes, a power of two; the rest of the lanes idle.
-    let ring = 1u << firstLeadingBit(min(LANES, system.rows));
+    let ring = 1u << firstLeadingBit(min(params.lanes, system.rows));
     let working = live && lane < ring;
     let begin = lane * system.rows / ring;
     let rows = select(0u, (lane + 1u) * system.rows / ring - begin, working);
@@ -103,7 +102,7 @@ fn solve(
     }
 
     // Cyclic reduction over the ring.
-    for (var step = 1u; step < LANES; step *= 2u) {
+    for (var step = 1u; step < params.lanes; step *= 2u) {
         let r = real(1) / (excess + left + right);
         let L = base + (lane + ring - (step % ring)) % ring;
         let R = base + (lane + step) % ring;

@@ -10,6 +10,8 @@ struct Params {
     // Right-hand sides a row has in memory, and the first of those solved for here.
     columns: u32,
     column: u32,
+    // Lanes that share a system in lanes.wgsl.
+    lanes: u32,
 }
 
 struct System {

@@ -16,7 +16,7 @@ fn kinds<const N: usize>(numbers: [usize; N]) -> [bool; FENCE_KINDS] {
     std::array::from_fn(|kind| numbers.contains(&kind))
 }
 
-/// Some forms of the kernel, a few of each order.
+/// Some forms of the kernel, a few of each order. Lanes of any number have the same.
 pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
     let forms = [
         (length(), 0),
@@ -50,7 +50,7 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
     }
     for energy in in_quadrics {
         let composition = Composition::of(&energy, 1, 3, precision).expect("built in").in_surfaces(None);
-        keys.extend(LANES.iter().map(|&lanes| descent_kernel(&composition, 2, Way::Newton(lanes), precision)));
+        keys.extend(LANES[..2].iter().map(|&lanes| descent_kernel(&composition, 2, Way::Newton(lanes), precision)));
     }
     if precision == Precision::F64 {
         let composition = Composition::of(&geodesic_bending(2.0), 1, 3, precision).expect("built in");
@@ -58,9 +58,9 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
         let heights = HeightField::new([2, 2], vec![0.0; 4]).expect("two rows and columns").wgsl();
         let triangle = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
         let mesh = Mesh::new(&triangle, &[[0, 1, 2]]).expect("a triangle").local().and_then(|(sheet, _)| sheet.wgsl());
-        for (text, lanes) in [(torus, &LANES[..]), (heights, &LANES[..2]), (mesh, &LANES[..2])] {
+        for text in [torus, heights, mesh] {
             let composition = composition.clone().in_surfaces(text.as_deref());
-            keys.extend(lanes.iter().map(|&lanes| descent_kernel(&composition, 2, Way::Newton(lanes), precision)));
+            keys.extend(LANES[..2].iter().map(|&lanes| descent_kernel(&composition, 2, Way::Newton(lanes), precision)));
         }
     }
     for (energy, order) in forms {
@@ -80,9 +80,9 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
             let lanes: &[usize] = match order {
                 // In f32 it has too few digits for fences.
                 2 if energy.is_fenced() && precision != Precision::F64 => &[],
-                2 => &LANES,
+                2 => &LANES[..2],
                 // In f32 it has too few digits.
-                3 if precision == Precision::F64 => &LANES[1..],
+                3 if precision == Precision::F64 => &LANES[1..2],
                 _ => &[],
             };
             let ways = gradients.into_iter().chain(lanes.iter().map(|&lanes| Way::Newton(lanes)));

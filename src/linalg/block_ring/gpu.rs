@@ -12,7 +12,7 @@ use super::lanes::RING_NO_PIVOT;
 use super::{MOST_REACH, eliminated_numbers, scratch_numbers, shared_numbers};
 use crate::error::{Error, Result};
 use crate::gpu::plan::{self, LOOP_TURNS};
-use crate::gpu::source::{Definitions, definitions};
+use crate::gpu::source::definitions;
 use crate::gpu::{Gpu, KernelKey, Pending, Recording, once, pipeline};
 use crate::linalg::Real;
 use crate::precision::Precision;
@@ -22,6 +22,7 @@ use crate::precision::Precision;
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 struct BlockParams {
     count: u32,
+    lanes: u32,
 }
 
 /// `BlockCurve` of `lanes.wgsl`.
@@ -98,13 +99,13 @@ pub fn solve_blocks_on_gpu<T: Real>(
     let chunks = plan::chunks(counts, largest, 2 * largest, gpu.limits())?;
     let mut solutions =
         BlockSolutions { x: vec![T::ZERO; rhs.len()], pivots: vec![T::from_f64(RING_NO_PIVOT); systems.closed.len()] };
-    let job = Job { lanes, systems, rhs };
+    let run = BlockRun { lanes, systems, rhs };
     pipeline(
         chunks,
-        |curves| job.record(gpu.record(precision), curves)?.submit(),
+        |curves| run.record(gpu.record(precision), curves)?.submit(),
         once(Pending::wait),
         |curves, results| {
-            job.unpack(curves, &results[0].reals(), &results[1].reals(), &mut solutions);
+            run.unpack(curves, &results[0].reals(), &results[1].reals(), &mut solutions);
             Ok(())
         },
     )?;
@@ -141,13 +142,13 @@ impl<T> BlockBatch<'_, T> {
     }
 }
 
-struct Job<'a, T> {
+struct BlockRun<'a, T> {
     lanes: u32,
     systems: &'a BlockBatch<'a, T>,
     rhs: &'a [T],
 }
 
-impl<T: Real> Job<'_, T> {
+impl<T: Real> BlockRun<'_, T> {
     fn vertices(&self, curves: &Range<usize>) -> Range<usize> {
         self.systems.offsets[curves.start]..self.systems.offsets[curves.end]
     }
@@ -183,8 +184,8 @@ impl<T: Real> Job<'_, T> {
         let solution = recording.storage_reals(vertices.len() * d);
         let pivots = recording.storage_reals(table.len());
         let scratch = recording.storage_reals(scratch as usize);
-        let params = recording.uniform(&BlockParams { count: table.len() as u32 });
-        let key = kernel_key(recording.precision(), d, reach, self.lanes);
+        let params = recording.uniform(&BlockParams { count: table.len() as u32, lanes: self.lanes });
+        let key = kernel_key(recording.precision(), d, reach);
         let curves = recording.upload(&table);
         let buffers = [
             ("params", &params),
@@ -212,19 +213,13 @@ impl<T: Real> Job<'_, T> {
     }
 }
 
-/// What `block_ring/lanes/ring.wgsl` is composed with.
-pub fn block_ring_definitions(dimension: usize, reach: usize, lanes: u32) -> Definitions {
-    definitions([("DIM", &dimension), ("REACH", &reach), ("LANES", &lanes)])
-}
-
-fn kernel_key(precision: Precision, dimension: usize, reach: usize, lanes: u32) -> KernelKey {
-    let mut definitions = block_ring_definitions(dimension, reach, lanes);
-    definitions.insert("GROUP".into(), GROUP.to_string());
+fn kernel_key(precision: Precision, dimension: usize, reach: usize) -> KernelKey {
+    let definitions = definitions([("DIM", &dimension), ("REACH", &reach), ("GROUP", &GROUP)]);
     KernelKey { path: "linalg/block_ring/lanes.wgsl", entry: "solve", precision, definitions }
 }
 
 /// The kernels in every form.
 pub fn block_ring_kernels(precision: Precision) -> Vec<KernelKey> {
     let forms = [2, 3].into_iter().flat_map(|d| (1..=MOST_REACH).map(move |reach| (d, reach)));
-    forms.flat_map(|(d, reach)| BLOCK_LANES.map(|lanes| kernel_key(precision, d, reach, lanes))).collect()
+    forms.map(|(d, reach)| kernel_key(precision, d, reach)).collect()
 }

@@ -31,9 +31,7 @@ mod lanes;
 mod tests;
 
 pub use dense::Block;
-pub use gpu::{
-    BLOCK_LANES, BlockBatch, BlockSolutions, block_ring_definitions, block_ring_kernels, solve_blocks_on_gpu,
-};
+pub use gpu::{BLOCK_LANES, BlockBatch, BlockSolutions, block_ring_kernels, solve_blocks_on_gpu};
 pub use lanes::{BlockSolution, solve_blocks};
 
 use super::Scalar;

@@ -2,11 +2,10 @@
 
 use std::ops::Range;
 
-use super::{FLAG_CYCLIC, RingKernel, RowSource, STATUS_SINGULAR, STATUS_SOLVED, Solve, System};
+use super::{FLAG_CYCLIC, FLAG_NETWORK, RingKernel, RowSource, STATUS_SINGULAR, STATUS_SOLVED, Solve, System};
 use crate::CurveStatus;
 use crate::error::Result;
-use crate::gpu::source::Definitions;
-use crate::gpu::{Gpu, Pending, Recording, kept, once, pipeline, plan, unwritten};
+use crate::gpu::{Buffer, Gpu, Pending, Recording, kept, once, pipeline, plan, unwritten};
 use crate::linalg::tridiagonal::solve_on_cpu;
 use crate::linalg::{Cyclic, Matrix, Real, Solutions, TridiagonalBatch};
 use crate::precision::Precision;
@@ -35,12 +34,12 @@ pub fn solve_on_gpu<T: Real>(
     // Three bands, right-hand sides and solution with its copy for reading, and two numbers of
     // scratch.
     let chunks = plan::chunks(rows, real * columns.max(2) as u64, real * (5 + 3 * columns as u64), gpu.limits())?;
-    let job = Job { kernel, systems, rhs, columns };
+    let batch = RingBatch { kernel, systems, rhs, columns };
     let done = pipeline(
         chunks,
-        |chunk| job.record(gpu.record(precision), chunk)?.submit(),
+        |chunk| batch.record(gpu.record(precision), chunk)?.submit(),
         once(Pending::wait),
-        |chunk, results| job.unpack(chunk, &results[0].reals(), results[1].as_slice(), &mut solutions),
+        |chunk, results| batch.unpack(chunk, &results[0].reals(), results[1].as_slice(), &mut solutions),
     );
     if let Some(lost) = kept(done)? {
         solutions.x[systems.offsets[lost.finished] * columns..].fill(T::NAN);
@@ -49,14 +48,14 @@ pub fn solve_on_gpu<T: Real>(
     Ok(solutions)
 }
 
-struct Job<'a, T> {
+struct RingBatch<'a, T> {
     kernel: RingKernel,
     systems: &'a TridiagonalBatch<'a, T>,
     rhs: &'a [T],
     columns: usize,
 }
 
-impl<T: Real> Job<'_, T> {
+impl<T: Real> RingBatch<'_, T> {
     fn rows(&self, chunk: &Range<usize>) -> Range<usize> {
         self.systems.offsets[chunk.start]..self.systems.offsets[chunk.end]
     }
@@ -64,13 +63,14 @@ impl<T: Real> Job<'_, T> {
     fn table(&self, chunk: &Range<usize>) -> Vec<System> {
         let offsets = self.systems.offsets;
         let first = offsets[chunk.start];
+        let form = if let Matrix::Network { .. } = self.systems.matrix { FLAG_NETWORK } else { 0 };
         chunk
             .clone()
             .filter(|&i| offsets[i + 1] > offsets[i])
             .map(|i| System {
                 start: (offsets[i] - first) as u32,
                 rows: (offsets[i + 1] - offsets[i]) as u32,
-                flags: if self.systems.cyclic.contains(i) { FLAG_CYCLIC } else { 0 },
+                flags: form | if self.systems.cyclic.contains(i) { FLAG_CYCLIC } else { 0 },
                 index: (i - chunk.start) as u32,
             })
             .collect()
@@ -79,24 +79,19 @@ impl<T: Real> Job<'_, T> {
     fn record<'g>(&self, mut recording: Recording<'g>, chunk: &Range<usize>) -> Result<Recording<'g>> {
         let rows = self.rows(chunk);
         let mut up = |array: &[T]| recording.upload_reals(&array.iter().map(|x| x.to_f64()).collect::<Vec<f64>>());
-        let (names, arrays): ([&str; 3], _) = match self.systems.matrix {
-            Matrix::Bands { lower, diagonal, upper } => (
-                ["lower", "diagonal", "upper"],
-                vec![up(&lower[rows.clone()]), up(&diagonal[rows.clone()]), up(&upper[rows.clone()])],
-            ),
-            Matrix::Network { excess, weights } => {
-                (["excesses", "weights", ""], vec![up(&excess[rows.clone()]), up(&weights[rows.clone()])])
+        let arrays: Vec<Buffer> = match self.systems.matrix {
+            Matrix::Bands { lower, diagonal, upper } => {
+                vec![up(&diagonal[rows.clone()]), up(&lower[rows.clone()]), up(&upper[rows.clone()])]
             }
+            Matrix::Network { excess, weights } => vec![up(&excess[rows.clone()]), up(&weights[rows.clone()])],
         };
         let columns = self.columns;
         let rhs = up(&self.rhs[rows.start * columns..rows.end * columns]);
-        let mut buffers: Vec<_> = names.into_iter().zip(&arrays).collect();
-        buffers.push(("right_hand_sides", &rhs));
-        let mut definitions = Definitions::new();
-        if matches!(self.systems.matrix, Matrix::Network { .. }) {
-            definitions.insert("NETWORK".into(), "1".into());
-        }
-        let source = RowSource { path: "linalg/ring/given.wgsl", definitions, buffers };
+        // The weights of a network are both bands.
+        let upper = &arrays[arrays.len() - 1];
+        let buffers =
+            vec![("diagonal", &arrays[0]), ("lower", &arrays[1]), ("upper", upper), ("right_hand_sides", &rhs)];
+        let source = RowSource { path: "linalg/ring/given.wgsl", buffers };
         let solution = recording.storage_reals(rows.len() * columns);
         let status = recording.storage(4 * chunk.len() as u64);
         let table = self.table(chunk);
@@ -155,10 +150,10 @@ mod tests {
     fn a_status_that_no_kernel_wrote_is_an_error_that_names_the_system() {
         let matrix = Matrix::Network { excess: &[1.0; 3], weights: &[1.0; 3] };
         let systems = TridiagonalBatch { matrix, offsets: &[0, 2, 3], cyclic: Cyclic::None };
-        let job = Job { kernel: RingKernel::Auto, systems: &systems, rhs: &[1.0; 3], columns: 1 };
+        let batch = RingBatch { kernel: RingKernel::Auto, systems: &systems, rhs: &[1.0; 3], columns: 1 };
         let unpack = |status: [u32; 2]| {
             let mut out = Solutions { x: vec![0.0; 3], status: vec![CurveStatus::Converged; 2] };
-            job.unpack(&(0..2), &[1.0_f64; 3], &status, &mut out)
+            batch.unpack(&(0..2), &[1.0_f64; 3], &status, &mut out)
         };
         assert!(unpack([STATUS_SOLVED; 2]).is_ok());
         for word in [0, 3, u32::MAX] {

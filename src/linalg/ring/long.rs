@@ -4,7 +4,7 @@
 use super::lanes::{Reduced, Row, eliminate, solve_lanes};
 use super::{Chunk, GROUP, LONG_CHUNK, Params, RowSource, Solve, System, kernel_key};
 use crate::error::Result;
-use crate::gpu::source::{Definitions, definitions};
+use crate::gpu::source::definitions;
 use crate::gpu::{Buffer, KernelKey, Recording};
 use crate::linalg::Real;
 use crate::precision::Precision;
@@ -46,26 +46,23 @@ pub(super) fn record(
 
     let dispatch = |recording: &mut Recording<'_>, entry: &'static str| {
         solve.for_each_column_group(|column, together| {
-            let key = key(entry, recording.precision(), source, together);
-            let params = recording.uniform(&Params { count: count as u32, columns: solve.columns, column });
+            let key = key(entry, recording.precision(), source.path, together);
+            let params = recording.uniform(&Params { count: count as u32, columns: solve.columns, column, lanes: 1 });
             let mut all = buffers.clone();
             all.push(("params", &params));
             recording.dispatch(&key, count, GROUP as usize, &all)
         })
     };
     dispatch(recording, "reduce")?;
-    let parts = RowSource {
-        path: "linalg/ring/parts.wgsl",
-        definitions: Definitions::new(),
-        buffers: vec![("parts", &reduced), ("part_rhs", &reduced_rhs)],
-    };
+    let buffers = vec![("parts", &reduced), ("part_rhs", &reduced_rhs)];
+    let parts = RowSource { path: "linalg/ring/parts.wgsl", buffers };
     let next = Solve { systems: &shorter, kernel: super::RingKernel::Auto, ..*solve };
     next.record(recording, &parts, &kept, status)?;
     dispatch(recording, "substitute")
 }
 
 /// One of the two kernels.
-pub(super) fn key(entry: &'static str, precision: Precision, source: &RowSource<'_>, columns: u32) -> KernelKey {
+pub(super) fn key(entry: &'static str, precision: Precision, source: &str, columns: u32) -> KernelKey {
     let own = definitions([("GROUP", &GROUP)]);
     kernel_key("linalg/ring/long.wgsl", entry, precision, own, source, columns)
 }

@@ -11,6 +11,8 @@ mod long;
 mod self_test;
 mod thread;
 
+use std::collections::BTreeMap;
+
 use bytemuck::{Pod, Zeroable};
 
 use crate::error::Result;
@@ -52,6 +54,8 @@ pub struct Params {
     pub columns: u32,
     /// First of those solved for.
     pub column: u32,
+    /// Lanes that share a system in `lanes.wgsl`.
+    pub lanes: u32,
 }
 
 /// `System` of `ring/mod.wgsl`.
@@ -85,27 +89,28 @@ pub struct Chunk {
 /// The last row is coupled to the first.
 pub const FLAG_CYCLIC: u32 = 1;
 
+/// The rows that `given.wgsl` reads are those of a network.
+const FLAG_NETWORK: u32 = 2;
+
 /// Status word of a system that was solved; 0 means that no kernel wrote it.
 pub const STATUS_SOLVED: u32 = 1;
 
 /// Status word of a singular system, of which one solution is given.
 pub const STATUS_SINGULAR: u32 = 2;
 
-/// Where kernels take their rows from: a shader file that defines `load_row`, `load_rhs` and
-/// `store`.
+/// The source of a kernel's rows.
 pub struct RowSource<'a> {
-    /// Path below `shaders/`.
+    /// A shader file that defines `load_row`, `load_rhs` and `store`: its path below `shaders/`.
     pub path: &'static str,
-    /// Definitions of its own.
-    pub definitions: Definitions,
     /// Its buffers by name.
     pub buffers: Vec<(&'a str, &'a Buffer)>,
 }
 
-/// Lanes of a ring, and the rows of a lane in registers, unrolled in the kernel's text. Two at
-/// least, since a system shorter than the ring is spread over the largest power of two of lanes not
-/// above its rows. Of the first, a subgroup holds whole rings; of the last, a workgroup is one.
-const RINGS: [(u32, &[u32]); 3] = [(SUBGROUP_RING, &[2, 4, 8, 16, 32]), (32, &[8, 16, 32]), (128, &[8, 16, 32])];
+/// Lanes of a ring. A subgroup holds whole rings of the first. A workgroup holds one of the last.
+const RINGS: [u32; 3] = [SUBGROUP_RING, 32, 128];
+
+/// Rows of a lane, which are in registers, unrolled in the kernel's text.
+const CHUNKS: [u32; 3] = [8, 16, 32];
 
 /// Lanes of the ring that exchanges by shuffles, one system a subgroup of at least this size.
 const SUBGROUP_RING: u32 = 8;
@@ -133,11 +138,14 @@ const THREAD_ROWS: u32 = 16_384;
 /// Rows of a chunk of the long kernels.
 const LONG_CHUNK: u32 = 32;
 
-/// Threads a workgroup, except where the large ring is one.
+/// Threads of a workgroup.
 const GROUP: u32 = 64;
 
-/// Right-hand sides solved for together: a WGSL vector.
-const MAX_COLUMNS_TOGETHER: u32 = 4;
+/// Threads of a workgroup that exchanges through its memory: the largest ring.
+const EXCHANGING_GROUP: u32 = RINGS[2];
+
+/// Right-hand sides solved for together: coordinates of a point.
+const MAX_COLUMNS_TOGETHER: u32 = 3;
 
 /// The systems of a batch, and what a recording needs to solve them.
 pub struct Solve<'a> {
@@ -214,9 +222,9 @@ impl Solve<'_> {
         buffers.extend(&source.buffers);
         self.for_each_column_group(|column, together| {
             let (path, definitions, per_group) = variant.kernel();
-            let key = kernel_key(path, "solve", recording.precision(), definitions, source, together);
-            let count = self.systems.len();
-            let params = recording.uniform(&Params { count: count as u32, columns: self.columns, column });
+            let key = kernel_key(path, "solve", recording.precision(), definitions, source.path, together);
+            let (count, lanes) = (self.systems.len(), variant.lanes());
+            let params = recording.uniform(&Params { count: count as u32, columns: self.columns, column, lanes });
             let mut all = buffers.clone();
             all.push(("params", &params));
             recording.dispatch(&key, count, per_group, &all)
@@ -230,13 +238,14 @@ impl Solve<'_> {
     }
 }
 
-/// The rings that solve for so many right-hand sides together, by increasing number of rows: each is
-/// the first that takes so many.
+/// The rings that solve for `columns` right-hand sides together, by increasing number of rows.
+///
+/// Each takes more rows than the one before it.
 fn rings(precision: Precision, columns: u32, has_subgroups: bool) -> Vec<Variant> {
     let words = precision.bytes() as u32 / 4;
     let mut rings: Vec<Variant> = Vec::new();
-    for (lanes, chunks) in RINGS {
-        for &q in chunks.iter().filter(|&&q| q * (2 + columns) * words <= LANE_WORDS) {
+    for lanes in RINGS {
+        for q in CHUNKS.into_iter().filter(|&q| q * (2 + columns) * words <= LANE_WORDS) {
             if rings.last().is_none_or(|last| last.most_rows() < lanes * q) {
                 rings.push(Variant::Lanes { lanes, q, subgroup: has_subgroups && lanes == SUBGROUP_RING });
             }
@@ -258,12 +267,17 @@ impl Variant {
         let Variant::Lanes { lanes, q, subgroup } = self else {
             return ("linalg/ring/thread.wgsl", crate::gpu::source::definitions([("GROUP", &GROUP)]), GROUP as usize);
         };
-        let group = GROUP.max(lanes);
-        let mut definitions = crate::gpu::source::definitions([("LANES", &lanes), ("Q", &q), ("GROUP", &group)]);
+        let group = if subgroup { GROUP } else { EXCHANGING_GROUP };
+        let mut definitions = crate::gpu::source::definitions([("Q", &q), ("GROUP", &group)]);
         if subgroup {
             definitions.insert("SUBGROUP".into(), "1".into());
         }
         ("linalg/ring/lanes.wgsl", definitions, (group / lanes) as usize)
+    }
+
+    /// Lanes that share a system.
+    fn lanes(self) -> u32 {
+        if let Variant::Lanes { lanes, .. } = self { lanes } else { 1 }
     }
 
     fn most_rows(self) -> u32 {
@@ -275,18 +289,16 @@ impl Variant {
     }
 }
 
-/// A kernel of this room, with the row source's file and definitions and the number of right-hand
-/// sides.
+/// A kernel of this room for rows of a source and this number of right-hand sides.
 fn kernel_key(
     path: &'static str,
     entry: &'static str,
     precision: Precision,
     mut definitions: Definitions,
-    source: &RowSource<'_>,
+    source: &str,
     columns: u32,
 ) -> KernelKey {
-    definitions.extend(source.definitions.clone());
-    definitions.insert("ROWS".into(), source.path.into());
+    definitions.insert("ROWS".into(), source.into());
     definitions.insert("R".into(), columns.to_string());
     if columns == 1 {
         definitions.insert("R1".into(), "1".into());
@@ -295,33 +307,23 @@ fn kernel_key(
 }
 
 /// The row sources of this room.
-pub fn row_sources() -> Vec<(&'static str, Definitions)> {
-    let network = crate::gpu::source::definitions([("NETWORK", &1)]);
-    vec![
-        ("linalg/ring/given.wgsl", Definitions::new()),
-        ("linalg/ring/given.wgsl", network),
-        ("linalg/ring/parts.wgsl", Definitions::new()),
-    ]
-}
+pub const ROW_SOURCES: [&str; 2] = ["linalg/ring/given.wgsl", "linalg/ring/parts.wgsl"];
 
-/// Every ring kernel in every form, for one row source.
-pub fn kernels(precision: Precision, rows: &'static str, definitions: &Definitions) -> Vec<KernelKey> {
-    let source = RowSource { path: rows, definitions: definitions.clone(), buffers: Vec::new() };
-    let mut keys = Vec::new();
+/// Every variant of the ring kernels for rows of a source.
+pub fn kernels(precision: Precision, source: &str) -> Vec<KernelKey> {
+    let mut keys = BTreeMap::new();
+    let mut add = |key: KernelKey| keys.insert(key.name(), key);
     for columns in 1..=MAX_COLUMNS_TOGETHER {
-        // Only the first ring differs with and without subgroups.
-        let shuffled = rings(precision, columns, true).into_iter();
-        let shuffled = shuffled.filter(|variant| matches!(variant, Variant::Lanes { subgroup: true, .. }));
-        let alone = [Variant::Thread { most_rows: THREAD_ROWS }];
-        for variant in rings(precision, columns, false).into_iter().chain(shuffled).chain(alone) {
-            let (path, own, _) = variant.kernel();
-            keys.push(kernel_key(path, "solve", precision, own, &source, columns));
+        let rings = [false, true].into_iter().flat_map(|has_subgroups| rings(precision, columns, has_subgroups));
+        for variant in rings.chain([Variant::Thread { most_rows: THREAD_ROWS }]) {
+            let (path, definitions, _) = variant.kernel();
+            add(kernel_key(path, "solve", precision, definitions, source, columns));
         }
         for entry in ["reduce", "substitute"] {
-            keys.push(long::key(entry, precision, &source, columns));
+            add(long::key(entry, precision, source, columns));
         }
     }
-    keys
+    keys.into_values().collect()
 }
 
 #[cfg(all(test, feature = "gpu"))]
@@ -331,13 +333,8 @@ mod tests {
 
     #[test]
     fn structs_shared_with_the_kernels_have_their_layout() {
-        let key = long::key(
-            "reduce",
-            Precision::F32,
-            &RowSource { path: "linalg/ring/given.wgsl", definitions: Definitions::new(), buffers: vec![] },
-            1,
-        );
-        assert_layout!(key, Params { count, columns, column });
+        let key = long::key("reduce", Precision::F32, ROW_SOURCES[0], 1);
+        assert_layout!(key, Params { count, columns, column, lanes });
         assert_layout!(key, System { start, rows, flags, index });
         assert_layout!(key, Chunk { system, begin, rows, next });
     }

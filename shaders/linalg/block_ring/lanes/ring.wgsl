@@ -1,19 +1,19 @@
-// Block-banded symmetric positive definite systems of curves, open and closed: $LANES lanes share a
-// curve, each vertex of which is coupled with the $REACH after it. Every lane keeps the first
+// Block-banded symmetric positive definite systems of curves, open and closed: params.lanes lanes
+// share a curve, each vertex of which is coupled with the $REACH after it. Every lane keeps the first
 // $REACH vertices of its chunk and eliminates the others; the kept ones form a cyclic block
-// tridiagonal system, reduced by log2 $LANES steps of cyclic reduction; then every lane substitutes
+// tridiagonal system, reduced by log2 lanes steps of cyclic reduction; then every lane substitutes
 // back. Why: src/linalg/block_ring/mod.rs.
 // Twin: src/linalg/block_ring/lanes.rs.
 //
 // Who includes it defines $DIM and, for curves of a type Curve:
 //     alias real, alias vector, alias matrix
+//     params.lanes, of a uniform
 //     $SCRATCH, a storage array of reals: scratch_numbers() of src/linalg/block_ring/mod.rs a curve
 //     fn ring_block(curve: Curve, v: u32, k: u32) -> matrix     block of vertices v and v + k, of which [i] is row i
 //     fn ring_rhs(curve: Curve, v: u32) -> vector
 //     fn ring_movable(curve: Curve, v: u32) -> bool             whether the unknown is not held at 0
 //     fn ring_store(curve: Curve, v: u32, x: vector)
 
-const RING_LANES: u32 = $LANESu;
 const RING_REACH: u32 = $REACHu;
 const RING_FRONT: u32 = RING_REACH + 1u;
 const RING_BLOCKS: u32 = RING_REACH * RING_REACH;
@@ -56,14 +56,14 @@ struct BlockRing {
     // Vertices begin … end − 1.
     begin: u32,
     end: u32,
-    // Number `word` of lane l is number first + word · $LANES + l of the scratch memory.
+    // Number `word` of lane l is number first + word · params.lanes + l of the scratch memory.
     first: u32,
 }
 
-// A lane of $LANES; the curve's part of the scratch memory begins at `first`. Of lanes that are not
+// A lane of params.lanes; the curve's part of the scratch memory begins at `first`. Of lanes that are not
 // live the curve may be any.
 fn block_ring(vertices: u32, closed: bool, first: u32, lane: u32, live: bool) -> BlockRing {
-    let lanes = 1u << firstLeadingBit(max(min(RING_LANES, vertices / RING_REACH), 1u));
+    let lanes = 1u << firstLeadingBit(max(min(params.lanes, vertices / RING_REACH), 1u));
     // An open curve of fewer vertices than are kept is continued by vertices that stand still.
     let rows = max(vertices, RING_REACH);
     let begin = lane * rows / lanes;
@@ -72,7 +72,7 @@ fn block_ring(vertices: u32, closed: bool, first: u32, lane: u32, live: bool) ->
 }
 
 fn ring_place(ring: BlockRing, lane: u32, word: u32) -> u32 {
-    return ring.first + word * RING_LANES + lane;
+    return ring.first + word * params.lanes + lane;
 }
 
 fn ring_load_vector(ring: BlockRing, lane: u32, word: u32) -> vector {
@@ -130,7 +130,7 @@ fn solve_block_ring(curve: Curve, ring: BlockRing) -> real {
 
     // Every second lane of those left is eliminated; last of all lane 0, both neighbours of which
     // are itself by then.
-    for (var step = 1u; step <= RING_LANES; step *= 2u) {
+    for (var step = 1u; step <= params.lanes; step *= 2u) {
         let before = (ring.lane + ring.lanes - step % ring.lanes) % ring.lanes;
         let behind = (ring.lane + step) % ring.lanes;
         let is_last = ring.lane == 0u && step == ring.lanes;
@@ -151,7 +151,7 @@ fn solve_block_ring(curve: Curve, ring: BlockRing) -> real {
     }
 
     // Back, in the opposite order; unknowns are shared where right-hand sides were.
-    for (var step = RING_LANES; step > 0u; step /= 2u) {
+    for (var step = params.lanes; step > 0u; step /= 2u) {
         let is_last = ring.lane == 0u && step == ring.lanes;
         if (ring.working && (ring.lane % (2u * step) == step || is_last)) {
             ring_unknowns(ring, (ring.lane + ring.lanes - step) % ring.lanes, (ring.lane + step) % ring.lanes);

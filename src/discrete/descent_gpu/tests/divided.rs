@@ -281,7 +281,7 @@ fn threads_of_a_workgroup_share_the_ticks_of_its_longest_curve() {
 #[test]
 fn structs_are_those_of_the_kernel() {
     let key = descent_kernels(Precision::F32).remove(0);
-    assert_layout!(key, DescentParams { tasks, numbers, direction, search, ticks });
+    assert_layout!(key, DescentParams { tasks, numbers, direction, search, ticks, lanes });
     assert_layout!(key, DescentTask { slot, ticks });
     assert_layout!(
         key,

@@ -205,7 +205,7 @@ fn what_no_kernel_solves_is_refused_with_the_remedy() {
 
 #[test]
 fn structs_shared_with_the_kernel_have_their_layout() {
-    let key = kernel_key(Precision::F32, 2, 2, 8);
-    assert_layout!(key, BlockParams { count });
+    let key = kernel_key(Precision::F32, 2, 2);
+    assert_layout!(key, BlockParams { count, lanes });
     assert_layout!(key, BlockCurve { start, vertices, closed, scratch });
 }
