@@ -162,7 +162,6 @@ pub mod laplacian;
 pub mod linalg;
 mod memory;
 mod motion;
-pub mod papers;
 mod parallel;
 #[cfg(feature = "picture")]
 pub mod picture;

@@ -4,8 +4,8 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use faircurve::papers::exponent::{DotsOf, ExponentSearch, ShapeExponent};
-use faircurve::picture::{Bar, Panel, Sheet, Stroke};
+use faircurve::picture::drawing::{Bar, Panel, Sheet, Stroke};
+use faircurve::scf::exponent::{DotsOf, ExponentSearch, ShapeExponent};
 use faircurve::{CurveBatch, Device, Error, Result};
 use glam::DVec2;
 use rayon::prelude::*;
@@ -92,7 +92,7 @@ pub fn run(args: &ExponentArgs) -> Result<bool> {
     output::write(&args.output, args.force, |out| table(out, &batch, &found))?;
     if let Some(path) = &args.picture {
         let drawing = args.draw(&batch, &found);
-        output::write(path, args.force, |out| drawing.write(out))?;
+        output::write(path, args.force, |out| drawing.write(out, &()))?;
     }
     progress.finish();
     let failed = found.iter().filter(|found| found.is_err()).count();

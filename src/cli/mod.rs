@@ -9,7 +9,6 @@ mod costs;
 mod curves;
 mod device;
 mod doctor;
-mod experiments;
 mod exponent;
 mod fit;
 mod grid;
@@ -33,6 +32,7 @@ use std::path::PathBuf;
 use clap::error::{ContextKind, ContextValue};
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use faircurve::io::{self, Closed, Columns, Flatness, Format, ReadOptions};
+use faircurve::picture::drawing::thousands;
 use faircurve::{CurveBatch, Error, Result};
 
 use words::with_options;
@@ -76,8 +76,6 @@ enum Command {
     /// Say what this machine offers, and test that it computes correctly
     #[command(after_help = EXIT_STATUS)]
     Doctor(doctor::DoctorArgs),
-    /// Reproduce tables and pictures of the papers
-    Experiments(experiments::ExperimentsArgs),
 }
 
 /// So many letters may be missing, wrong, too many or exchanged in a subcommand that is meant.
@@ -187,7 +185,6 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Exponent(args) => exponent::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Doctor(args) => doctor::run(&args),
-        Command::Experiments(args) => experiments::run(&args),
     };
     match result {
         Ok(true) => 0,
@@ -219,19 +216,6 @@ fn with_nearest_subcommand(mut error: clap::Error) -> clap::Error {
         }
     }
     error
-}
-
-/// 12345 as "12,345".
-fn thousands(n: usize) -> String {
-    let digits = n.to_string();
-    let mut out = String::new();
-    for (k, digit) in digits.chars().enumerate() {
-        if k > 0 && (digits.len() - k).is_multiple_of(3) {
-            out.push(',');
-        }
-        out.push(digit);
-    }
-    out
 }
 
 /// "1 curve", "2,000 curves".

@@ -20,9 +20,6 @@
 //!   fewer than the curve for every order of the energy, so steps along it are of the size of the
 //!   finest edge. In the inner product of the energy's order the number of steps does not depend on
 //!   the number of vertices.
-//! - [`papers::renka`](crate::papers::renka) runs any method of the paper on one curve, step by
-//!   step. [`papers::toms828`](crate::papers::toms828) is Renka's published program for graphs
-//!   y(t).
 //! - With [`Fair::deviation`] curves pass near their points. They are as fair as the largest
 //!   deviation allows.
 //! - With [`Fair::limits`] curves keep a largest curvature, turn only to the side to which their points turn, go on in a

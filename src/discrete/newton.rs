@@ -283,22 +283,6 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
             }
         }
     }
-
-    /// The largest entry on the diagonal of H where vertices may move.
-    pub fn largest(&self) -> S {
-        let mut largest = S::ZERO;
-        for (blocks, movable) in self.hessian.blocks().iter().zip(self.movable.chunks_exact(self.unknowns_each())) {
-            for c in 0..D {
-                largest = largest.max(movable[0] * blocks[0][c][c].abs());
-            }
-        }
-        if let Matrix::SecondTangent(matrix) = &self.matrix {
-            for (x, movable) in matrix.diagonal().iter().zip(&self.movable) {
-                largest = largest.max(*movable * x.abs());
-            }
-        }
-        largest
-    }
 }
 
 /// H, L and λ of curves, and which vertices may move.

@@ -8,12 +8,12 @@
 //! all grids with its values at the old points, and of all grids under the same load.
 //!
 //! ```text
-//! Energy ─► Programme (an LP, solved once, by whoever has a solver) ─► tables ─► SparseRule ─┐
+//! Energy ─► linear programme (papers/src/programmes, solved once) ───► tables ─► SparseRule ─┐
 //!           cosine transforms and tridiagonal systems ─────────────────► Rule::Exact ────────┴► Subdivide a batch of Grids
 //! ```
 //!
-//! * [`Rule::Exact`] solves these equations. Weights fall like the fourth power of the distance
-//!   ([`UnboundedMask`](crate::papers::unbounded::UnboundedMask)), so all points count.
+//! * [`Rule::Exact`] solves these equations. Weights fall like the fourth power of the distance,
+//!   so all points count.
 //! * [`Rule::Sparse`] has weights in a window of 3 to 11 points. Linear programming found them, so
 //!   that ‖E₂ₙS − UEₙ‖∞ is least: [`SparseRule`].
 //! * [`Subdivide`] is the method: batches of grids of any sizes, any number of values a point, any
@@ -37,7 +37,8 @@ mod rule;
 mod sparse;
 mod stencil;
 mod subdivide;
-pub(crate) mod unknowns;
+#[doc(hidden)]
+pub mod unknowns;
 
 pub(crate) use gpu::laplacian_kernels;
 

@@ -31,16 +31,15 @@ words!(Reproduces, "kind of functions": [
 struct Table {
     /// The maxima of the three classes.
     residual: [f64; 3],
-    /// Interior, border and corner masks, in the order of
-    /// [`Programme::unknowns`](crate::papers::programmes::Programme::unknowns).
+    /// Interior, border and corner masks, in the order of [`Unknowns::of_class`].
     entries: &'static [f64],
 }
 
 /// A sparse rule of subdivision.
 ///
 /// S has the symmetries of the grid. No entry is further than the radius from the place of its
-/// coarse point. ‖E₂ₙS − UEₙ‖∞ is as small as can be, class after class
-/// ([`Class`](crate::papers::programmes::Class)). Of all such masks of a class, the rule's own are
+/// coarse point. ‖E₂ₙS − UEₙ‖∞ is as small as can be, first in the
+/// interior, then at borders, then at corners. Of all such masks of a class, the rule's own are
 /// the nearest to the exact rule in least squares.
 ///
 /// | support | least ‖E₂ₙS − UEₙ‖∞ in the interior | least own intervals |

@@ -1,6 +1,7 @@
 //! The entries of sparse masks, their names and their numbers.
 //!
-//! The programme finds these entries, and the tables hold them.
+//! The linear programme of the papers' crate finds these entries, and the tables hold them. The names
+//! are for that crate and promise nothing.
 
 /// The three classes of rows of E₂ₙS − UEₙ.
 ///
@@ -55,9 +56,12 @@ pub enum Unknown {
 /// one in its window. Lines are numbered row after row. A border entry is a line and a distance
 /// along the border. A corner entry is two lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Unknowns {
+pub struct Unknowns {
+    /// 1 for curves, 2 for grids.
     pub dimension: usize,
+    /// The distance that masks reach, in fine steps.
     pub radius: usize,
+    /// Rows of coarse points with border masks.
     pub own_rows: usize,
 }
 
@@ -68,7 +72,8 @@ fn triangular([first, second]: [usize; 2]) -> usize {
 }
 
 impl Unknowns {
-    pub(crate) fn new(dimension: usize, radius: usize, own_rows: usize) -> Self {
+    /// The unknowns of masks of this radius.
+    pub fn new(dimension: usize, radius: usize, own_rows: usize) -> Self {
         Unknowns { dimension, radius, own_rows }
     }
 
@@ -76,12 +81,12 @@ impl Unknowns {
     ///
     /// These are all rows whose window of fine points meets the border. With fewer, reflection of
     /// the interior mask is not among the rules to choose from.
-    pub(crate) fn usual_own_rows(radius: usize) -> usize {
+    pub fn usual_own_rows(radius: usize) -> usize {
         radius / 2 + 1
     }
 
     /// Number of unknowns of a class and of those before it.
-    pub(crate) fn count_to(&self, class: Class) -> usize {
+    pub fn count_to(&self, class: Class) -> usize {
         let along = if self.dimension == 1 { 1 } else { self.radius + 1 };
         let lines = self.first_line(self.own_rows);
         let interior = if self.dimension == 1 { self.radius + 1 } else { triangular([self.radius + 1, 0]) };
@@ -124,7 +129,7 @@ impl Unknowns {
     /// The number of the entry of S for a fine and a coarse point. `None` if the entry is 0.
     ///
     /// Along an axis with a border, points are counted from it.
-    pub(crate) fn entry(&self, fine: [isize; 2], coarse: [isize; 2], borders: [bool; 2]) -> Option<usize> {
+    pub fn entry(&self, fine: [isize; 2], coarse: [isize; 2], borders: [bool; 2]) -> Option<usize> {
         let distances = [0, 1].map(|axis| fine[axis].abs_diff(2 * coarse[axis]));
         if distances.iter().any(|&distance| distance > self.radius) {
             return None;
@@ -148,7 +153,7 @@ impl Unknowns {
     }
 
     /// The unknowns of a class, in the order of their numbers.
-    pub(crate) fn of_class(&self, class: Class) -> Vec<Unknown> {
+    pub fn of_class(&self, class: Class) -> Vec<Unknown> {
         let lines: Vec<(usize, usize)> = (0..self.own_rows)
             .flat_map(|row| (self.nearest(row)..=2 * row + self.radius).map(move |from_border| (row, from_border)))
             .collect();

@@ -71,11 +71,6 @@ impl<S: Scalar, const B: usize> Banded<S, B> {
         self.diagonal.len()
     }
 
-    /// The diagonal. Once factored, the inverse pivots.
-    pub fn diagonal(&self) -> &[S] {
-        &self.diagonal
-    }
-
     /// Makes all entries 0 again.
     pub fn clear(&mut self) {
         self.diagonal.fill(S::ZERO);

@@ -2,22 +2,27 @@
 //!
 //! - [`Picture`]: a fit, with the points given, the curves fitted, and on demand their curvature
 //!   combs.
-//! - [`Evolution`]: a descent.
-//! - [`Sheet`]: several panels side by side, with plots below.
 //! - [`ReliefSheet`]: surfaces over grids.
 
 mod comb;
-mod evolution;
 mod layout;
 mod page;
 mod panel;
-mod plot;
 mod relief;
 mod sheet;
 mod svg;
 
 #[cfg(test)]
 mod tests;
+
+/// Drawings of the program and of the papers' crate. They promise nothing.
+#[doc(hidden)]
+pub mod drawing {
+    pub use super::page::{GRID, LINE, SIDE, number, text_width, thousands};
+    pub use super::panel::{Bar, Panel, Stroke, VALUES, mix};
+    pub use super::sheet::{Below, GAP, Sheet, column};
+    pub use super::svg::{Pen, escape};
+}
 
 use std::io::{self, Write};
 
@@ -27,13 +32,9 @@ use crate::parallel;
 use crate::report::Fit;
 use crate::status::CurveStatus;
 use comb::Combs;
-pub use evolution::Evolution;
 use layout::{Bounds, Frame, Plane};
 use page::{Entry, Page};
-pub use panel::{Bar, Panel, Stroke};
-pub use plot::{Axis, Plot, Series};
 pub use relief::{Net, Relief, ReliefSheet};
-pub use sheet::Sheet;
 use svg::{Pen, escape};
 
 /// The palette of Okabe and Ito.

@@ -7,14 +7,17 @@ use super::layout::Frame;
 use super::svg::escape;
 
 const TEXT: &str = "#444444";
-pub(super) const GRID: &str = "#ECECEC";
+/// The colour of grid lines.
+pub const GRID: &str = "#ECECEC";
 const FONT: f64 = 12.0;
 
 /// The approximate width of a letter, in font sizes. Exact widths would need the reader's fonts.
 const LETTER: f64 = 0.56;
 
-pub(super) const LINE: f64 = 20.0;
-pub(super) const SIDE: f64 = 24.0;
+/// Pixels from line to line of text.
+pub const LINE: f64 = 20.0;
+/// Pixels at both sides of the page.
+pub const SIDE: f64 = 24.0;
 
 /// One entry of the legend: a line, maybe with a dot on it, and its meaning.
 pub(super) struct Entry {
@@ -117,7 +120,8 @@ impl Page<'_> {
     }
 }
 
-pub(super) fn text_width(text: &str) -> f64 {
+/// The width of a text in pixels, approximately.
+pub fn text_width(text: &str) -> f64 {
     text.chars().count() as f64 * LETTER * FONT
 }
 
@@ -137,7 +141,7 @@ pub(super) fn wrap(text: &str, width: f64) -> Vec<String> {
 }
 
 /// A grid value with as many decimals as its step has.
-pub(super) fn number(value: f64, step: f64) -> String {
+pub fn number(value: f64, step: f64) -> String {
     let value = if value.abs() < 1e-9 * step { 0.0 } else { value };
     if value.abs() >= 1e7 || (step < 1e-4) {
         return format!("{value:.2e}");
@@ -156,7 +160,7 @@ pub(super) fn short(value: f64) -> String {
 }
 
 /// 12345 as "12,345".
-pub(super) fn thousands(n: usize) -> String {
+pub fn thousands(n: usize) -> String {
     let digits = n.to_string();
     let mut out = String::new();
     for (k, digit) in digits.chars().enumerate() {

@@ -5,7 +5,6 @@ use std::io::{self, Write};
 use glam::{DVec2, DVec3};
 
 use super::DOTS;
-use super::evolution::{ROOM, polyline, view};
 use super::layout::{Bounds, Frame};
 use super::page::{Page, number, text_width};
 use super::svg::{Pen, escape};
@@ -13,19 +12,14 @@ use super::svg::{Pen, escape};
 /// A colour in sRGB.
 type Colour = [u8; 3];
 
-/// An evolution begins in black and ends in red. Curves between go from blue to red.
-const FIRST: Colour = [0, 0, 0];
-const EARLY: Colour = [31, 79, 224];
-const LAST: Colour = [208, 0, 0];
-
-/// Colours of values, from the smallest to the largest, as the end angles of a fan.
+/// Colours of values, from the smallest to the largest.
 ///
 /// They are steps of Matplotlib's plasma (CC0), which rises in lightness all the way. Its yellow
 /// end is left out, as it fades on white.
-const FAN: [Colour; 4] = [[13, 8, 135], [126, 3, 168], [204, 71, 120], [248, 149, 64]];
+pub const VALUES: [Colour; 4] = [[13, 8, 135], [126, 3, 168], [204, 71, 120], [248, 149, 64]];
 
-/// The most that segments of a fan may swing out, in chords.
-const SWING: f64 = 2.0;
+/// Room for curves around the dots, as a part of the dots' size.
+const ROOM: f64 = 1.0 / 3.0;
 
 /// Height of a colour bar with its text, and length of its strip, in pixels.
 const BAR: f64 = 24.0;
@@ -87,57 +81,6 @@ impl Default for Panel {
 }
 
 impl Panel {
-    /// How an iteration changed a planar curve.
-    ///
-    /// The first curve is black and the last is red, both bold. Those between are thin and go from
-    /// blue to red. A single curve counts as the last. Curves are cut off at a third of the dots'
-    /// size away.
-    pub fn evolution(title: impl Into<String>, dots: &[DVec2], curves: &[Vec<DVec2>]) -> Self {
-        let between = curves.len().saturating_sub(2);
-        let stroke = |(k, points): (usize, &Vec<DVec2>)| {
-            let (colour, width, name) = if k + 1 == curves.len() {
-                (LAST, 2.0, Some("last curve"))
-            } else if k == 0 {
-                (FIRST, 1.8, Some("first curve"))
-            } else {
-                let part = (k - 1) as f64 / between.saturating_sub(1).max(1) as f64;
-                let name = match k {
-                    1 => Some("early iterations"),
-                    _ if k == between => Some("late iterations"),
-                    _ => None,
-                };
-                (mix(&[EARLY, LAST], part), 0.7, name)
-            };
-            Stroke { points: points.clone(), colour, width, name: name.map(String::from) }
-        };
-        let strokes = curves.iter().enumerate().map(stroke).collect();
-        Panel { title: title.into(), strokes, dots: dots.to_vec(), ..Panel::default() }
-    }
-
-    /// Segments that share their first point and their last.
-    ///
-    /// Each comes with its end angle in radians, which gives its colour. The two points are marked.
-    /// Segments are cut off two chords away. A segment whose angle is not finite is left out.
-    pub fn fan(title: impl Into<String>, segments: &[(f64, Vec<DVec2>)]) -> Self {
-        let angles = segments.iter().map(|segment| segment.0).filter(|angle| angle.is_finite());
-        let (from, to) = angles.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), angle| (a.min(angle), b.max(angle)));
-        let drawn = || segments.iter().filter(|segment| segment.0.is_finite());
-        let stroke = |(angle, points): &(f64, Vec<DVec2>)| {
-            let part = if to > from { (angle - from) / (to - from) } else { 0.0 };
-            Stroke { points: points.clone(), colour: mix(&FAN, part), width: 1.1, name: None }
-        };
-        let ends = drawn().next().and_then(|(_, points)| Some(vec![*points.first()?, *points.last()?]));
-        let bar = (to >= from).then(|| Bar {
-            text: "end angle".into(),
-            from: from.to_degrees(),
-            to: to.to_degrees(),
-            unit: "°".into(),
-            colours: FAN.to_vec(),
-        });
-        let strokes = drawn().map(stroke).collect();
-        Panel { title: title.into(), strokes, dots: ends.unwrap_or_default(), room: SWING, bar }
-    }
-
     /// Curves in the colours of values: 0 has the first colour of the bar, and 1 the last.
     ///
     /// A curve whose value is not finite is left out. Curves are cut off at a third of the dots' size
@@ -154,9 +97,19 @@ impl Panel {
         Panel { title: title.into(), strokes, dots: dots.to_vec(), bar: Some(bar), ..Panel::default() }
     }
 
-    /// The box of what is shown.
+    /// The box of dots and curves, cut off at `room` times the dots' size away from the dots.
     pub(super) fn bounds(&self) -> Bounds {
-        view(&self.dots, self.strokes.iter().map(|stroke| &stroke.points[..]), self.room)
+        let finite = |points: &[DVec2], bounds: Bounds| {
+            points.iter().filter(|p| p.is_finite()).copied().fold(bounds, Bounds::with)
+        };
+        let dots = finite(&self.dots, Bounds::EMPTY);
+        let all = self.strokes.iter().fold(dots, |bounds, stroke| finite(&stroke.points, bounds));
+        // A single place has no size to measure by.
+        if dots.size() <= 0.0 {
+            return all;
+        }
+        let room = DVec2::splat(self.room * dots.size());
+        Bounds { low: all.low.max(dots.low - room), high: all.high.min(dots.high + room) }
     }
 
     /// Pixels that the panel needs below its frame.
@@ -190,7 +143,7 @@ impl Panel {
 impl Bar {
     /// Values without a unit, in colours that rise in lightness.
     pub fn new(text: impl Into<String>, [from, to]: [f64; 2]) -> Self {
-        Bar { text: text.into(), from, to, unit: String::new(), colours: FAN.to_vec() }
+        Bar { text: text.into(), from, to, unit: String::new(), colours: VALUES.to_vec() }
     }
 
     /// Writes the text, the first value, the strip and the last value on one line.
@@ -224,7 +177,7 @@ pub(super) fn hex([red, green, blue]: Colour) -> String {
 }
 
 /// The colour at `part` of the way from the first to the last of evenly spaced colours.
-fn mix(colours: &[Colour], part: f64) -> Colour {
+pub fn mix(colours: &[Colour], part: f64) -> Colour {
     mix_exact(colours, part).to_array().map(|c| c.round() as u8)
 }
 
@@ -237,6 +190,20 @@ pub(super) fn mix_exact(colours: &[Colour], part: f64) -> DVec3 {
     from + (to - from) * (at - k as f64)
 }
 
+/// Path data. A coordinate far outside the page ends at a hundred pages.
+fn polyline(curve: &[DVec2], frame: &Frame) -> String {
+    let mut pen = Pen::new(2);
+    let far = DVec2::splat(1e5);
+    for (k, p) in curve.iter().filter(|p| p.is_finite()).map(|&p| frame.map(p).clamp(-far, far)).enumerate() {
+        if k == 0 {
+            pen.move_to(p);
+        } else {
+            pen.line_to(p);
+        }
+    }
+    pen.finish()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -246,44 +213,20 @@ mod tests {
     }
 
     #[test]
-    fn an_evolution_goes_from_bold_black_through_thin_blue_to_bold_red() {
-        let curves: Vec<_> = (0..6).map(|k| line(f64::from(k))).collect();
-        let panel = Panel::evolution("sine", &[DVec2::ZERO, DVec2::X], &curves);
-        let looks: Vec<_> = panel.strokes.iter().map(|s| (hex(s.colour), s.width > 1.5)).collect();
-        let bold = |colour: &str| (colour.to_string(), true);
-        let thin = |colour: &str| (colour.to_string(), false);
-        assert_eq!(
-            looks,
-            [bold("#000000"), thin("#1F4FE0"), thin("#5A3595"), thin("#951A4B"), thin("#D00000"), bold("#D00000")]
-        );
-        let names: Vec<_> = panel.strokes.iter().filter_map(|s| s.name.as_deref()).collect();
-        assert_eq!(names, ["first curve", "early iterations", "late iterations", "last curve"]);
-        for few in 0..3 {
-            let panel = Panel::evolution("", &[], &curves[..few]);
-            assert_eq!(panel.strokes.len(), few);
-            assert!(panel.strokes.last().is_none_or(|s| s.colour == LAST && s.width == 2.0));
-        }
-    }
-
-    #[test]
-    fn a_fan_is_coloured_by_end_angle_whatever_the_order() {
-        let angles = [1.0, -1.0, f64::NAN, 0.0];
-        let panel = Panel::fan("fan", &angles.map(|angle| (angle, line(angle))));
-        let colours: Vec<_> = panel.strokes.iter().map(|s| s.colour).collect();
-        assert_eq!(colours, [FAN[3], FAN[0], mix(&FAN, 0.5)]);
-        assert_eq!(panel.dots, [DVec2::ZERO, DVec2::X]);
-        let bar = panel.bar.unwrap();
-        assert_eq!((bar.from, bar.to), ((-1f64).to_degrees(), 1f64.to_degrees()));
-        assert_eq!(Panel::fan("none", &[]).bar, None);
-    }
-
-    #[test]
     fn curves_have_the_colours_of_their_values_and_what_has_none_is_left_out() {
         let curves = [1.0, f64::NAN, 0.0, 0.5].map(|part| (part, line(part)));
         let panel = Panel::by_value("values", &curves, &[DVec2::ZERO], Bar::new("value", [2.0, 9.0]));
         let colours: Vec<_> = panel.strokes.iter().map(|s| s.colour).collect();
-        assert_eq!(colours, [FAN[3], FAN[0], mix(&FAN, 0.5)]);
+        assert_eq!(colours, [VALUES[3], VALUES[0], mix(&VALUES, 0.5)]);
         let bar = panel.bar.unwrap();
         assert_eq!((bar.from, bar.to, bar.unit.as_str()), (2.0, 9.0, ""));
+    }
+
+    #[test]
+    fn runaways_do_not_shrink_the_dots() {
+        let dots = [DVec2::ZERO, DVec2::new(4.0, 1.0)];
+        let runaway = (0.5, vec![dots[0], DVec2::new(2.0, 1e6), dots[1]]);
+        let bounds = Panel::by_value("", &[runaway], &dots, Bar::new("value", [0.0, 1.0])).bounds();
+        assert_eq!((bounds.low, bounds.high), (DVec2::ZERO, DVec2::new(4.0, 1.0 + 4.0 / 3.0)));
     }
 }

@@ -16,7 +16,7 @@ const STRAIGHT: f64 = 4.0;
 /// Writes path data with coordinates rounded to `decimals` places of a pixel.
 ///
 /// Steps are differences of rounded positions, so rounding does not add up along a curve.
-pub(super) struct Pen {
+pub struct Pen {
     text: String,
     at: [i64; 2],
     unit: f64,
@@ -28,6 +28,7 @@ pub(super) struct Pen {
 }
 
 impl Pen {
+    /// No path yet.
     pub fn new(decimals: usize) -> Self {
         let unit = 10f64.powi(decimals as i32);
         let (merge, straight) = ((MERGE / unit).min(1.6), (STRAIGHT / unit).min(0.12));
@@ -157,7 +158,7 @@ fn control_length(piece: &[DVec2; 4]) -> f64 {
 }
 
 /// Text fit for XML content and attributes. Characters that XML cannot hold become U+FFFD.
-pub(super) fn escape(text: &str) -> String {
+pub fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {

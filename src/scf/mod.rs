@@ -7,9 +7,8 @@
 //! per ν, fixed by one scalar root, and the cost, its gradient and its Hessian in the two end
 //! angles are closed expressions of that root. [`Smooth`] adds them up over a curve and finds the
 //! directions at the points by Newton's method: the gradient is the jump of the bending moment, the
-//! Hessian tridiagonal (cyclic for closed curves). [`papers::searches`](crate::papers::searches)
-//! has the paper's own searches, [`papers::exponent`](crate::papers::exponent) the ν that draws a
-//! given shape best.
+//! Hessian tridiagonal (cyclic for closed curves). [`exponent`] finds the ν whose
+//! curve comes nearest to a given shape.
 //!
 //! | file | holds |
 //! |---|---|
@@ -23,24 +22,27 @@
 //! | `shape` | curves that keep the shape of their points |
 //! | `dots`, `start`, `stages`, `smooth` | from points to problems and back |
 
-pub(crate) mod arc;
+mod arc;
 mod curves;
-pub(crate) mod dots;
-pub(crate) mod evaluation;
+mod dots;
+mod evaluation;
+pub mod exponent;
 mod gpu;
-pub(crate) mod queries;
+mod queries;
 mod root;
 mod segment;
 mod shape;
-pub(crate) mod slopes;
-pub(crate) mod smooth;
-pub(crate) mod stages;
-pub(crate) mod start;
+mod slopes;
+mod smooth;
+mod stages;
+mod start;
 mod taut;
 mod tension;
+#[doc(hidden)]
+pub mod trace;
 mod trig;
-pub(crate) mod universal;
-pub(crate) mod workspace;
+mod universal;
+mod workspace;
 
 pub use arc::Site;
 pub(crate) use gpu::scf_kernels;

@@ -1,4 +1,4 @@
-//! Discrete fair curves, their energies, and the procedures that they are measured against.
+//! Discrete fair curves and their energies.
 
 #[path = "../common/elastica.rs"]
 mod elastica;
@@ -29,5 +29,3 @@ mod fair_surfaces;
 mod fair_terrain;
 mod fair_written;
 mod newton;
-mod renka;
-mod toms828;

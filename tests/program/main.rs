@@ -19,7 +19,6 @@ mod cli_smoothing;
 mod cli_surfaces;
 mod cli_times;
 mod cli_tracks;
-mod experiments;
 mod finished;
 mod house;
 mod io;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use assert_cmd::cargo::cargo_bin_cmd;
 
-const COMMANDS: [&str; 7] = ["fit", "bezier", "grid", "exponent", "compare", "doctor", "experiments"];
+const COMMANDS: [&str; 6] = ["fit", "bezier", "grid", "exponent", "compare", "doctor"];
 
 /// The reference of all options, from the program's own help.
 fn reference() -> String {

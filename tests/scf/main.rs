@@ -10,7 +10,6 @@ mod sides;
 mod common;
 mod curves;
 mod made;
-mod search;
 mod segments;
 mod shape;
 mod sites;

@@ -365,7 +365,4 @@ fn a_tension_and_the_shape_of_points_are_refused_together() {
     let sentence = "smooth connection functions keep the shape of their points without a tension, which is 0.5: leave one of \
                     both out, or choose `discrete::Fair`";
     assert_eq!(error, sentence);
-    let dots = [[0.0, 0.0], [1.0, 1.0], [2.0, 0.0]].map(glam::DVec2::from);
-    let error = kept(2.0).trace(&dots, false).unwrap_err().to_string();
-    assert!(error.contains("searches are traced without the shape of points"), "{error}");
 }

@@ -1,11 +1,10 @@
 //! The masks of the sparse rules that reproduce constants, computed by
-//! `cargo run --release --example sparse_rules -- src/laplacian/rule`.
+//! `cargo run --release -p faircurve-papers --example sparse_rules -- src/laplacian/rule`.
 //!
-//! Class after class: the linear programme of [`Programme`](crate::papers::programmes::Programme)
-//! was solved by an interior-point method (Clarabel); of all masks that leave ‖E₂ₙS − UEₙ‖∞ within
-//! 1e-8 of the least so far, those nearest to the exact rule in least squares were taken, and moved
-//! onto the constraints to rounding. Entries stand in the order of
-//! [`Programme::unknowns`](crate::papers::programmes::Programme::unknowns).
+//! The masks are found class after class. An interior-point method (Clarabel) solves the linear
+//! programme of `papers/src/programmes`. Many masks leave ‖E₂ₙS − UEₙ‖∞ within 1e-8 of the least so
+//! far. Those nearest to the exact rule in least squares are taken, and moved onto the constraints
+//! to rounding. Entries stand in the order of `Unknowns::of_class`.
 
 use super::Table;
 
