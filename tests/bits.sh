@@ -78,8 +78,9 @@ for which in ${devices[@]}; do
   run 'grid, mesh' o.obj grid "$data/heights.csv" --rounds 4
 done
 
-# Tables and pictures of the papers, on the CPU; scf.txt has seconds in it.
-if [[ " ${devices[*]} " == *' cpu '* ]]; then
-  "$program" experiments -o "$work/experiments" -q >/dev/null
+# Tables and pictures of the papers, on the CPU, if their program lies beside this one; scf.txt has seconds in it.
+papers=$(dirname "$program")/faircurve-papers
+if [[ " ${devices[*]} " == *' cpu '* && -x $papers ]]; then
+  "$papers" -o "$work/experiments" -q >/dev/null
   (cd "$work/experiments" && find . -type f ! -name scf.txt | sort | xargs sha256sum | cut -c 1-16,65-)
 fi

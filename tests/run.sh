@@ -142,7 +142,7 @@ cargo clippy --locked --no-default-features --quiet -- -D warnings
 cargo clippy --locked --no-default-features --features cli --quiet -- -D warnings
 
 section 'Documentation'
-RUSTDOCFLAGS='-D warnings' cargo doc --locked --no-deps --quiet
+RUSTDOCFLAGS='-D warnings' cargo doc --locked --workspace --no-deps --quiet
 
 section 'Public face'
 # The list is made from what a nightly compiler says of the library; stable ones do not say it.
@@ -155,10 +155,10 @@ fi
 # One profile for all: optimised, with debug assertions (profile.dev). Criterion runs each bench once here, as a test.
 # tests/gpu/browser.rs captures dispatches of every kernel and runs them in Chromium too.
 section 'Tests, and benches in test mode: compiled'
-cargo test --locked --tests --benches --no-run --quiet
+cargo test --locked --workspace --tests --benches --no-run --quiet
 
 section 'Tests, and benches in test mode'
-cargo test --locked --tests --benches --no-fail-fast
+cargo test --locked --workspace --tests --benches --no-fail-fast
 
 export FAIRCURVE_AS_TESTED=1
 section 'What measures hardware, tried'
@@ -168,7 +168,7 @@ FAIRCURVE_QUICK=1 "$hardware/hardware.sh" "$hardware/out"
 rm -r "$hardware"
 
 section 'Documentation examples'
-cargo test --locked --doc
+cargo test --locked --workspace --doc
 
 if [[ $python_tests == yes ]]; then
   section 'Python'
