@@ -1,6 +1,7 @@
 //! [`Patch`]: what a mesh is near one of its vertices.
 
 use glam::{DMat3, DVec3};
+use nalgebra::{DMatrix, DVector};
 
 use super::jet::{Jet, both, outer};
 
@@ -80,7 +81,7 @@ impl Patch {
                 }
             }
         }
-        let x = solved(normal, right, unknowns)?;
+        let x = solved(&normal, &right, unknowns)?;
         let gradient = n + x[0] * e + x[1] * f;
         let unit = 1.0 / gradient.length();
         let mean = 0.5 * (x[2] + x[4]);
@@ -151,31 +152,16 @@ impl Patch {
     }
 }
 
-/// A x = b by Cholesky's method, of the lower triangle of A with its diagonal scaled to 1. `None` if A is singular.
-fn solved(mut a: [[f64; MOST]; MOST], mut b: [f64; MOST], count: usize) -> Option<[f64; MOST]> {
-    let scales: [f64; MOST] = std::array::from_fn(|i| if i < count { 1.0 / a[i][i].sqrt() } else { 0.0 });
-    for i in 0..count {
-        b[i] *= scales[i];
-        for j in 0..=i {
-            let sum: f64 = (0..j).map(|k| a[i][k] * a[j][k]).sum();
-            let rest = a[i][j] * scales[i] * scales[j] - sum;
-            if i > j {
-                a[i][j] = rest / a[j][j];
-            } else if rest > SINGULAR {
-                a[i][i] = rest.sqrt();
-            } else {
-                return None;
-            }
-        }
-        let sum: f64 = (0..i).map(|k| a[i][k] * b[k]).sum();
-        b[i] = (b[i] - sum) / a[i][i];
+/// A x = b by Cholesky's method, from the lower triangle of A, whose diagonal is scaled to 1.
+///
+/// `None` if A is singular.
+fn solved(a: &[[f64; MOST]; MOST], b: &[f64; MOST], count: usize) -> Option<[f64; MOST]> {
+    let scales = DVector::from_fn(count, |i, _| 1.0 / a[i][i].sqrt());
+    let scaled = DMatrix::from_fn(count, count, |i, j| a[i.max(j)][i.min(j)] * scales[i] * scales[j]);
+    let cholesky = scaled.cholesky()?;
+    if cholesky.l_dirty().diagonal().iter().any(|root| root * root <= SINGULAR) {
+        return None;
     }
-    for i in (0..count).rev() {
-        let sum: f64 = (i + 1..count).map(|k| a[k][i] * b[k]).sum();
-        b[i] = (b[i] - sum) / a[i][i];
-    }
-    for (x, scale) in b.iter_mut().zip(scales) {
-        *x *= scale;
-    }
-    Some(b)
+    let x = cholesky.solve(&DVector::from_fn(count, |i, _| b[i] * scales[i])).component_mul(&scales);
+    Some(std::array::from_fn(|i| if i < count { x[i] } else { 0.0 }))
 }
