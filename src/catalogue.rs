@@ -1,11 +1,11 @@
-//! Every kernel in every form it takes. The shader tests compose, validate and lint them.
+//! Every variant of every kernel. The shader tests compose, validate and lint them.
 
 use crate::gpu::KernelKey;
 use crate::gpu::source::definitions;
 use crate::precision::Precision;
 use crate::{bezier, discrete, laplacian, linalg, scf, spline};
 
-/// Every kernel in every form: paths, entry points, precisions, definitions.
+/// Every variant of every kernel: paths, entry points, precisions, definitions.
 pub fn kernels() -> Vec<KernelKey> {
     let mut keys = Vec::new();
     for precision in [Precision::F32, Precision::F64] {

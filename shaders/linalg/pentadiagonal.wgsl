@@ -1,8 +1,8 @@
-// Symmetric pentadiagonal systems, open and cyclic, LDLᵀ in place: one thread a system, everything
-// in the array `scratch`. Positions in it are arguments: of the diagonal, the two bands beside it,
-// the border of a cyclic system, and the right-hand sides, $D numbers a row. Included by the
-// kernels that need it. No twin: the CPU has banded matrices of any width (src/linalg/banded.rs),
-// whose border are the first rows, not the last.
+// Symmetric pentadiagonal systems, open and cyclic, LDLᵀ in place, one thread per system. All of a
+// system is in the array `scratch`. The arguments are positions there: of the diagonal, the first and
+// the second band, the border of a cyclic system, and the right-hand sides, $D numbers per row.
+// No twin: the CPU has banded matrices of any width (src/linalg/banded.rs), whose border are the
+// first rows, not the last.
 
 // No twin: the CPU refuses a matrix whose last pivot is not positive. Here a pivot within 64 ε of
 // its entry counts as 0, and its unknown is 0.
@@ -12,12 +12,12 @@ const NOISE: real = real(1.4210854715202004e-14);
 const NOISE: real = real(7.6293945e-6);
 //:end
 
-// NaN or infinite, by its bits: comparisons with NaN are not to be relied on.
+// NaN or infinite, by its bits, since comparisons with NaN are unreliable.
 fn is_out_of_range(x: real) -> bool {
     return (bitcast<u32>(f32(x)) & 0x7f800000u) == 0x7f800000u;
 }
 
-// False where a pivot is not positive.
+// False if a pivot is not positive.
 fn factor_pentadiagonal(diagonal: u32, first: u32, second: u32, n: u32) -> bool {
     var l1 = real(0);
     var l2 = real(0);
@@ -67,7 +67,7 @@ fn factor_cyclic_pentadiagonal(diagonal: u32, first: u32, second: u32, border: u
     }
     // The corner block of the last two unknowns: (m, m), (m, m + 1), (m + 1, m + 1).
     var corner = vec3<real>(scratch[diagonal + m], real(0), scratch[diagonal + m + 1u]);
-    // Every band entry that touches one of them.
+    // Every band entry of these two.
     for (var k = max(m, 2u) - 2u; k < n; k++) {
         for (var hop = 1u; hop <= 2u; hop++) {
             let other = (k + hop) % n;

@@ -1,7 +1,7 @@
-// x^y for x ≥ 0 and a constant y, f64 too, for which WGSL has no pow: x = 2^k m, √½ ≤ m ≤ √2, ln m
-// by the series of artanh, the product y log₂ x in parts of which the large one is exact, and e^f
-// by its series. Relative error about 4 (1 + |y|) ε where x is 0 or 2.3e−308 < x < 3.4e38, and the
-// result within 1e±300; 0 for x = 0 < y. In f32 WGSL's own pow, for normal x and results.
+// x^y for x ≥ 0 and a constant y. In f32 this is WGSL's pow, for normal x and results. WGSL has no pow
+// in f64: x = 2^k m, √½ ≤ m ≤ √2, ln m by the series of artanh, the product y log₂ x in two parts, of
+// which the large one is exact, and e^f by its series. Relative error about 4 (1 + |y|) ε if x is 0 or
+// 2.3e−308 < x < 3.4e38, and the result within 1e±300. 0 for x = 0 < y.
 // No twin: the CPU has `powf`.
 
 //:if F64

@@ -56,7 +56,7 @@ fn kernel(precision: Precision, dimension: usize) -> KernelKey {
     KernelKey { path: "bezier/operator.wgsl", entry: "apply", precision, definitions }
 }
 
-/// The kernel in every form.
+/// Every variant of the kernel.
 pub(crate) fn bezier_kernels(precision: Precision) -> Vec<KernelKey> {
     (1..=4).map(|dimension| kernel(precision, dimension)).collect()
 }
@@ -75,7 +75,7 @@ impl Product<'_> {
         self.points < self.operator.rows()
     }
 
-    /// The most rows that one thread takes. Other threads take the rest.
+    /// The most rows of a thread. Other threads take the rest.
     fn rows_at_once(&self) -> usize {
         (LOOP_TURNS / (self.operator.columns() + 1)).max(1) * BLOCK
     }
@@ -96,7 +96,7 @@ struct Products<'a> {
     numbers: Vec<u32>,
 }
 
-/// Collects the data of a curve, one point a column, or says that it has none.
+/// Collects the data of a curve, a point per column. False if it has none.
 type Gather<'a> = dyn Fn(usize, &mut Vec<f64>) -> bool + Sync + 'a;
 
 /// A chunk on the device.
@@ -145,7 +145,7 @@ impl<'a> Products<'a> {
 
     /// Numbers in the results of a curve.
     ///
-    /// They are its points, one magnitude a thread in f32, the sum of its energy and, in f32, the
+    /// They are its points, in f32 a magnitude per thread, the sum of its energy and, in f32, the
     /// magnitude of that sum.
     fn results_of(&self, product: Product) -> usize {
         let magnitude = self.magnitudes();

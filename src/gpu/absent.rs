@@ -1,4 +1,4 @@
-//! Types that replace those of the GPU without the feature `gpu`.
+//! Stand-ins for the types of the GPU, without the feature `gpu`.
 //!
 //! No value of these types can be made, and code that uses them compiles to nothing.
 

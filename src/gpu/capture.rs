@@ -41,10 +41,10 @@ pub struct CapturedDispatch {
 impl Gpu {
     /// Runs `work` and returns every dispatch it made, with the buffers before and after.
     ///
-    /// This is slow: each dispatch is a submission of its own.
+    /// This is slow: each dispatch is a separate submission.
     ///
     /// # Errors
-    /// Those of `work`.
+    /// Errors of `work`.
     #[doc(hidden)]
     pub fn capture<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<(T, Vec<CapturedDispatch>)> {
         *self.capture.lock().expect("no panic while held") = Some(Vec::new());

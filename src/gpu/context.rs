@@ -135,22 +135,22 @@ impl Gpu {
 
     /// Fills the arrays that kernels write with NaN first, instead of zeros.
     ///
-    /// Tests can then tell what no kernel wrote from zeros.
+    /// Tests can then tell unwritten numbers from zeros.
     #[doc(hidden)]
     pub fn with_poisoned_arrays(mut self) -> Self {
         self.poisoned = true;
         self
     }
 
-    /// Gives every curve so many lanes in descents by Newton's method, instead of a number chosen by
-    /// the cost model: 1, 4, 8, 16 or 32.
+    /// Gives every curve 1, 4, 8, 16 or 32 lanes in descents by Newton's method. Otherwise the cost
+    /// model chooses.
     #[doc(hidden)]
     pub fn with_lanes(mut self, lanes: usize) -> Self {
         self.lanes = Some(lanes);
         self
     }
 
-    /// How many arrays had to be made, since none was kept from submissions before.
+    /// How many arrays were allocated, because none was kept from earlier submissions.
     #[doc(hidden)]
     pub fn arrays_made(&self) -> usize {
         self.pool.missed()
@@ -161,7 +161,7 @@ impl Gpu {
         self.lanes
     }
 
-    /// What the adapter is and can do.
+    /// A description of the adapter.
     pub fn summary(&self) -> &AdapterSummary {
         &self.summary
     }
@@ -189,7 +189,7 @@ impl Gpu {
         std::mem::take(&mut *self.kernel_nanoseconds.lock().expect("no panic while held")) * 1e-9
     }
 
-    /// Notes what was chosen for a kernel.
+    /// Notes a choice of kernels.
     pub(crate) fn note(&self, choice: String) {
         let mut notes = self.notes.lock().expect("no panic while held");
         if !notes.contains(&choice) {
@@ -197,7 +197,7 @@ impl Gpu {
         }
     }
 
-    /// What was chosen for the kernels since the last call, a sentence a choice.
+    /// The choices of kernels since the last call, a sentence each.
     pub fn take_notes(&self) -> Vec<String> {
         std::mem::take(&mut *self.notes.lock().expect("no panic while held"))
     }

@@ -21,8 +21,8 @@ impl Gpu {
     ///
     /// # Errors
     /// - [`Error::Kernel`] if the compiler refuses it.
-    /// - [`Error::Limit`] if it asks for more workgroup memory or threads than the device has. wgpu
-    ///   does not check that.
+    /// - [`Error::Limit`] if it needs more workgroup memory or threads than the device has. wgpu does
+    ///   not check that.
     pub(super) fn kernel(&self, key: &KernelKey) -> Result<Arc<Kernel>> {
         let name = key.name();
         if let Some(kernel) = self.kernels.lock().expect("no panic while held").get(&name) {

@@ -31,19 +31,19 @@ impl From<Interrupted> for Error {
     }
 }
 
-/// Where a run lost its device, and why. The curves from this one on are not finished.
+/// The first curve that was not finished when the device was lost, and why it was lost.
 pub(crate) struct Lost {
     pub finished: usize,
     pub why: String,
 }
 
-/// Keeps what was finished when the device is lost or does not answer in time.
+/// Keeps the finished curves if the device is lost or does not answer in time.
 ///
-/// Every method with a status for each curve calls it. The statuses say which curves were not
-/// finished. If no curve was finished it is an error, like any other.
+/// Every method with a status for each curve calls it. The statuses tell which curves were not
+/// finished. If no curve was finished, the loss is an error like any other.
 ///
 /// # Errors
-/// That of the run, unless it lost its device after curves were finished.
+/// The run's error, unless it lost its device after curves were finished.
 pub(crate) fn kept(done: Result<(), Interrupted>) -> Result<Option<Lost>> {
     match done {
         Ok(()) => Ok(None),
@@ -62,7 +62,7 @@ pub(crate) fn unwritten(kernel: &str, curve: impl std::fmt::Display, word: u32) 
     Error::Kernel { kernel: kernel.into(), message }
 }
 
-/// What waiting for a chunk comes to.
+/// The result of waiting for a chunk.
 pub enum Step<P, R> {
     /// It has been submitted again, to go on.
     Again(P),
@@ -70,16 +70,16 @@ pub enum Step<P, R> {
     Done(R),
 }
 
-/// For chunks that are submitted once: waiting for one brings its results.
+/// Waits for chunks that are submitted once.
 pub fn once<P, R>(mut wait: impl FnMut(P) -> Result<R>) -> impl FnMut(P) -> Result<Step<P, R>> {
     move |pending| wait(pending).map(Step::Done)
 }
 
 /// Submits the chunks (ranges of curves) in order, and finishes each as its results arrive.
 ///
-/// Chunks are finished in order, too. A chunk that has to be submitted several times shares the
-/// device with the next: the one whose submission is the oldest is waited for. If the device has no
-/// memory for a chunk, the chunks under way are finished and those left are halved, once.
+/// Chunks are finished in order, too. A chunk that is submitted several times shares the device with
+/// the next chunk: the oldest submission is waited for. If the device has no memory for a chunk, the
+/// chunks under way are finished and the remaining chunks are halved, once.
 ///
 /// # Errors
 /// The first error of `submit`, `wait` or `finish`, with the number of curves finished before.
@@ -92,7 +92,7 @@ pub fn pipeline<P, R>(
     drive(chunks, &mut Steps { slots: [Slot::Empty, Slot::Empty], submit, wait, finish })
 }
 
-/// What is done with a chunk, which stands in a slot while it is under way.
+/// The steps of a chunk, which occupies a slot while it is under way.
 trait Work {
     fn submit(&mut self, slot: usize, curves: &Range<usize>) -> Result<()>;
     /// Whether the results are there. If not, the chunk has been submitted again.

@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use crate::error::{Error, Result};
 
-/// The most turns that a thread's loops may take together in one dispatch.
+/// The most iterations that a thread's loops may take together in one dispatch.
 ///
-/// llvmpipe ends loops silently after 65,535 turns. Watchdogs of hardware end what takes too long.
+/// llvmpipe silently ends loops after 65,535 iterations. Watchdogs of hardware end long dispatches.
 pub const LOOP_TURNS: usize = 60_000;
 
 /// The limits of a device that matter here.
@@ -29,7 +29,7 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// The same limits with chunks of at most so many bytes.
+    /// The same limits with chunks of at most `bytes` bytes.
     pub fn with_chunks_of(self, bytes: u64) -> Self {
         Limits { chunk_bytes: self.chunk_bytes.min(bytes), ..self }
     }
@@ -91,7 +91,7 @@ fn divided(
     Ok(chunks)
 }
 
-/// Workgroups for so many tasks, `per_group` of them in a workgroup, as a two-dimensional dispatch.
+/// The workgroups of a two-dimensional dispatch of tasks, `per_group` in a workgroup.
 ///
 /// # Errors
 /// [`Error::Limit`] beyond the square of the device's limit.

@@ -1,8 +1,7 @@
 //! [`Pool`]: memory of a device that is kept for the next submission.
 //!
-//! Memory that is new costs more than what is done with it: the driver finds and clears it, and the
-//! system maps it page by page. A fit of the same kind as the one before finds all that it needs
-//! here.
+//! New memory costs more than the work on it: the driver finds and clears it, and the system maps it
+//! page by page. A fit of the same kind as the last one finds all its memory here.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
@@ -11,7 +10,7 @@ use wgpu::BufferUsages;
 
 use super::context::DESIGN_CHUNK_BYTES;
 
-/// The most bytes that are kept: those of the chunks under way at once.
+/// The most bytes that are kept: as many as the chunks under way have.
 const KEPT_BYTES: u64 = 2 * DESIGN_CHUNK_BYTES;
 
 /// A kept buffer serves arrays from half its size on.
@@ -26,7 +25,7 @@ pub(super) struct Pool {
 }
 
 impl Pool {
-    /// The smallest kept buffer of this usage for so many bytes, if there is one of fitting size.
+    /// The smallest kept buffer of this usage that fits a size, if there is one.
     pub fn take(&self, usage: BufferUsages, size: u64) -> Option<wgpu::Buffer> {
         let mut kept = self.kept.lock().expect("no panic while held");
         let fits = |buffer: &wgpu::Buffer| buffer.usage() == usage && (size..=LOOSEST * size).contains(&buffer.size());
@@ -37,7 +36,7 @@ impl Pool {
         best.map(|k| kept.remove(k))
     }
 
-    /// Keeps a buffer that no unsubmitted work uses, in place of those kept longest.
+    /// Keeps a buffer that no unsubmitted work uses, and drops the buffers that were kept longest.
     pub fn keep(&self, buffer: wgpu::Buffer) {
         let mut kept = self.kept.lock().expect("no panic while held");
         kept.push(buffer);
@@ -47,7 +46,7 @@ impl Pool {
         }
     }
 
-    /// How often memory had to be made.
+    /// How often memory was allocated.
     pub fn missed(&self) -> usize {
         self.missed.load(Ordering::Relaxed)
     }
@@ -58,10 +57,10 @@ impl Pool {
     }
 }
 
-/// An array on the device, or one that is made there.
+/// An array on the device.
 ///
-/// Its memory goes back to the pool when nothing holds it any more. Recordings hold what they use
-/// until they are submitted: what is submitted later waits for it on the device.
+/// Its memory returns to the pool when nothing holds it any more. Recordings hold their arrays until
+/// they are submitted. Later submissions wait for earlier ones on the device.
 #[derive(Clone)]
 pub struct Buffer(Arc<Held>);
 
@@ -78,7 +77,7 @@ impl Drop for Held {
 }
 
 impl Buffer {
-    /// An array of so many bytes at the start of a buffer.
+    /// An array at the start of a buffer.
     pub(super) fn new(buffer: wgpu::Buffer, size: u64, pool: &Arc<Pool>) -> Self {
         Buffer(Arc::new(Held { buffer, size, pool: Arc::clone(pool) }))
     }
@@ -99,7 +98,7 @@ impl Buffer {
     }
 }
 
-/// Memory in which the host reads a result. It is mapped, until it goes back to the pool.
+/// Memory in which the host reads a result. It is mapped until it returns to the pool.
 pub(super) struct Staging {
     pub buffer: wgpu::Buffer,
     pub device: wgpu::Device,

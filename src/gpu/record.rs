@@ -19,8 +19,8 @@ use crate::precision::Precision;
 
 /// How long the host waits for one submission.
 ///
-/// Dispatches are kept far shorter. Only a hung driver takes longer. Software compiles a kernel while
-/// its first dispatch is waited for: the largest takes it 40 s.
+/// Dispatches are far shorter. Only a hung driver takes longer. Software compiles a kernel during its
+/// first dispatch: the largest takes 40 s.
 const fn timeout(is_software: bool) -> Duration {
     Duration::from_secs(if is_software { 600 } else { 60 })
 }
@@ -44,14 +44,14 @@ pub struct Recording<'g> {
     // Scopes close in the order opposite to their opening, and fields drop in the order written.
     validation: wgpu::ErrorScopeGuard,
     out_of_memory: wgpu::ErrorScopeGuard,
-    /// What the work uses, until it is submitted.
+    /// The buffers of the work, until it is submitted.
     held: Vec<Buffer>,
     downloads: Vec<Download>,
     timestamps: Vec<wgpu::QuerySet>,
     bytes: u64,
 }
 
-/// So many bytes that the host is to read.
+/// Bytes that the host is to read.
 struct Download {
     staging: wgpu::Buffer,
     size: u64,
@@ -161,17 +161,17 @@ impl<'g> Recording<'g> {
         self.hold(buffer, size)
     }
 
-    /// Makes an array of so many numbers in the precision of the recording.
+    /// Makes an array of `count` numbers in the precision of the recording.
     pub fn storage_reals(&mut self, count: usize) -> Buffer {
         self.storage(count as u64 * self.precision.bytes())
     }
 
     /// Dispatches a kernel, with its buffers by name.
     ///
-    /// There are so many tasks, and `per_group` of them in a workgroup.
+    /// A workgroup has `per_group` of the tasks.
     ///
     /// # Errors
-    /// - Those of [`Gpu::kernel`] and of [`plan::workgroups`].
+    /// - Errors of [`Gpu::kernel`] and of [`plan::workgroups`].
     /// - [`Error::Kernel`] if a buffer that the kernel uses is not named, or is too small for one
     ///   element.
     pub fn dispatch(
@@ -236,14 +236,14 @@ impl<'g> Recording<'g> {
         self.timestamps.extend(times);
     }
 
-    /// Submits what was recorded so far, so that another submission can read its results.
+    /// Submits the work recorded so far, so that another submission can read its results.
     pub(super) fn flush(&mut self) {
         let fresh = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let recorded = std::mem::replace(&mut self.encoder, fresh);
         self.gpu.queue.submit([recorded.finish()]);
     }
 
-    /// Asks for the contents of a buffer after the dispatches recorded so far.
+    /// Downloads a buffer after the dispatches recorded so far.
     ///
     /// Results come in the order of the calls.
     pub fn download(&mut self, buffer: &Buffer) {
@@ -320,7 +320,7 @@ impl<'g> Pending<'g> {
         self.precision
     }
 
-    /// Waits, and returns the contents asked for.
+    /// Waits, and returns the downloads.
     ///
     /// # Errors
     /// [`Error::Timeout`] after a minute (ten on software), and [`Error::DeviceLost`].

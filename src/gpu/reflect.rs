@@ -65,7 +65,7 @@ pub fn parse(kernel: &str, wgsl: &str) -> Result<(Module, ModuleInfo)> {
 /// Reflects one entry point of a composed kernel.
 ///
 /// # Errors
-/// Those of [`parse`], and an entry point that is not there.
+/// Errors of [`parse`], and a missing entry point.
 pub fn reflect(kernel: &str, wgsl: &str, entry: &str) -> Result<Reflection> {
     let (module, info) = parse(kernel, wgsl)?;
     let index = module.entry_points.iter().position(|point| point.name == entry);
@@ -109,7 +109,7 @@ pub fn reflect(kernel: &str, wgsl: &str, entry: &str) -> Result<Reflection> {
 /// The layout of the struct called `name`.
 ///
 /// # Errors
-/// Those of [`parse`], and a struct that is not there.
+/// Errors of [`parse`], and a missing struct.
 pub fn struct_layout(kernel: &str, wgsl: &str, name: &str) -> Result<StructLayout> {
     let (module, _) = parse(kernel, wgsl)?;
     let mut layouter = Layouter::default();

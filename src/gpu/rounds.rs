@@ -1,11 +1,11 @@
-//! [`Rounds`]: curves that stay on the device, round after round, until none of them runs.
+//! [`Rounds`]: curves that stay on the device, round after round, until all have ended.
 
 use bytemuck::Pod;
 
 use super::{Buffer, Downloaded, Pending, Recording, Step, unwritten};
 use crate::error::Result;
 
-/// Standing word of a curve that runs.
+/// The standing word of a running curve.
 ///
 /// The words from 2 to [`LAST`] say how it ended. The host writes 0 first.
 const RUNNING: u32 = 1;
@@ -26,15 +26,15 @@ pub(crate) struct Rounds<'g, Layout> {
     state_words: usize,
     layout: Layout,
     arrays: Arrays,
-    /// Arrays that come back after every round, beside the states.
+    /// Arrays that come back after every round, besides the states.
     looked_at: &'static [&'static str],
     pending: Pending<'g>,
 }
 
 impl<'g, Layout> Rounds<'g, Layout> {
-    /// Submits the first round of a kernel, of so many curves.
+    /// Submits the first round of a kernel for a number of curves.
     ///
-    /// `round` records what the curves listed do. It finds the arrays by name.
+    /// `round` records the work of the listed curves. It finds the arrays by name.
     pub fn start<State: Pod>(
         (kernel, curves): (&'static str, usize),
         recording: Recording<'g>,
@@ -44,7 +44,7 @@ impl<'g, Layout> Rounds<'g, Layout> {
         Self::looking::<State>((kernel, curves), recording, (layout, arrays), &[], round)
     }
 
-    /// The same, of which the host sees the arrays named after every round.
+    /// The same, with named arrays that the host sees after every round.
     pub fn looking<State: Pod>(
         (kernel, curves): (&'static str, usize),
         recording: Recording<'g>,
@@ -58,10 +58,10 @@ impl<'g, Layout> Rounds<'g, Layout> {
         Ok(Rounds { kernel, curves, running: curves, state_words, layout, arrays, looked_at, pending })
     }
 
-    /// Waits for a round, and submits the next, of the curves that run.
+    /// Waits for a round, and submits the next round, of the curves that run.
     ///
-    /// When none does, the arrays wanted are asked for, and come last. `ended` is called with the
-    /// number of curves that have ended since its last call.
+    /// When all have ended, the last results are the `wanted` arrays. `ended` gets the number of curves
+    /// that have ended since its last call.
     pub fn advance(
         self,
         round: impl Fn(&mut Recording<'g>, &Layout, &[(&str, &Buffer)], &[u32]) -> Result<()>,
@@ -71,7 +71,7 @@ impl<'g, Layout> Rounds<'g, Layout> {
         self.answer(|recording, layout, arrays, slots, _| round(recording, layout, arrays, slots), wanted, ended)
     }
 
-    /// The same, where `round` is given the states, and the arrays that the host looks at.
+    /// The same, but `round` gets the states and the arrays that the host looks at.
     pub fn answer(
         self,
         round: impl Fn(&mut Recording<'g>, &Layout, &[(&str, &Buffer)], &[u32], &[Downloaded]) -> Result<()>,

@@ -1,11 +1,10 @@
 //! [`subdivide`]: many grids, all rounds, on a GPU.
 //!
 //! Both rules keep constants. So a grid is sent relative to the middle of its extent, coordinate by
-//! coordinate, and divided by the power of two at or below the largest of what is left. All of that
-//! is done in f64. Results are good to 2e-6 of half their largest extent in f32, and to 1e-12 in
-//! f64.
+//! coordinate, and divided by the power of two at or below the largest difference, in f64. Results are
+//! good to 2e-6 of half their largest extent in f32, and to 1e-12 in f64.
 //!
-//! The host computes some grids in f64 instead, when their turn comes:
+//! The host computes some grids in f64 instead:
 //!
 //! - Grids of one row or column, whose new points are means of two.
 //! - Grids that do not fit into the device's arrays.
@@ -44,7 +43,7 @@ const MOST_NUMBERS: u64 = 1 << 23;
 
 /// The most products of the cosine transforms of a submission.
 ///
-/// They take seconds on software adapters, so nobody takes the device for hung.
+/// They take seconds on software adapters, far less than the time limit of a submission.
 const MOST_PRODUCTS: f64 = (1u64 << 31) as f64;
 
 /// Every kernel of this module.
@@ -57,10 +56,10 @@ fn kernel(path: &'static str, entry: &'static str, precision: Precision) -> Kern
     KernelKey { path, entry, precision, definitions: definitions([("GROUP", &GROUP)]) }
 }
 
-/// Subdivides the grids whose report is usable. Fills the places of the others with NaN.
+/// Subdivides the grids whose report is usable. Fills the others with NaN.
 ///
 /// # Errors
-/// Those of compiling the kernel and of submissions.
+/// Errors of compiling the kernel and of submissions.
 pub(super) fn subdivide(
     method: &Subdivide,
     grids: &Grids,

@@ -1,8 +1,9 @@
-//! [`Banded`]: symmetric positive definite banded matrices, open and cyclic, factored as L D Lᵀ, one a lane.
+//! [`Banded`]: symmetric positive definite banded matrices, open and cyclic, factored as L D Lᵀ. Each
+//! lane has a matrix.
 //!
 //! Rows are eliminated from the first down. A cyclic matrix keeps its first B rows, the border, for
-//! the end: what couples to them on either side of the ring is carried along in B columns of its
-//! own, so that open and cyclic, and lanes of different lengths, take the same steps.
+//! the end. B further columns hold the entries that couple the border to rows on either side of the
+//! ring. So open and cyclic matrices, and lanes of different lengths, take the same steps.
 
 // Loops by number read as the formulas do.
 #![allow(clippy::needless_range_loop)]
@@ -12,9 +13,8 @@ use super::wide::operation;
 
 /// A symmetric matrix of half-bandwidth B in every lane, then its factors.
 ///
-/// Filled by [`add`](Self::add) over unwrapped rows: where the row after the last one of a cyclic
-/// matrix of n rows is meant, n is written for 0, n + 1 for 1, and so on. A cyclic matrix has B
-/// rows at least.
+/// [`add`](Self::add) takes unwrapped rows: past the last of the n rows of a cyclic matrix, n stands
+/// for row 0, n + 1 for row 1, and so on. A cyclic matrix has at least B rows.
 #[derive(Clone, Debug)]
 pub struct Banded<S, const B: usize> {
     cyclic: bool,
@@ -38,7 +38,7 @@ impl<S: Scalar, const B: usize> Default for Banded<S, B> {
 }
 
 impl<S: Scalar, const B: usize> Banded<S, B> {
-    /// Matrices of so many rows each, all open or all cyclic, with entries to be filled.
+    /// Matrices of `counts` rows, all open or all cyclic, with entries to be filled.
     pub fn new(cyclic: bool, counts: &[usize]) -> Self {
         let mut banded = Banded {
             cyclic,
@@ -100,11 +100,10 @@ impl<S: Scalar, const B: usize> Banded<S, B> {
         }
     }
 
-    /// Factors. `movable` is 1 where a row takes part and 0 where its unknown is held at 0 (and
-    /// where a lane has no row).
+    /// Factors. `movable` is 0 where an unknown is held at 0 or a lane has no row, else 1.
     ///
-    /// Returns the smallest pivot of each lane: where it is not positive, the matrix was not
-    /// positive definite.
+    /// Returns the smallest pivot of each lane. If it is not positive, the matrix was not positive
+    /// definite.
     pub fn factor(&mut self, movable: &[S]) -> S {
         S::run(Factor { matrix: self, movable })
     }

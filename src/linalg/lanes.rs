@@ -6,8 +6,8 @@
 //! x_i = de_i + ga_i·x_{i+1} + al_i·x_0        (al only in a cyclic system, whose row 0 is kept for the end)
 //! ```
 //!
-//! and substituted back from the last row up. A lane's operations and their order depend on its own
-//! system only, and no products and sums are fused, so a system's bits depend neither on its
+//! and substituted back from the last row up. A lane's operations and their order depend on its
+//! system alone, and no products and sums are fused. So a system's bits depend neither on its
 //! neighbours nor on the processor.
 
 // Loops over lanes by number become vector instructions.
@@ -27,8 +27,8 @@ use crate::status::CurveStatus;
 /// in the first cache.
 pub(super) const BLOCK: usize = 8;
 
-/// The systems that a pass is compiled for. One for lanes knows whether they are cyclic. One for
-/// systems alone is told, since that costs nothing beside their divisions.
+/// The systems that a pass is compiled for. A pass for lanes knows whether they are cyclic. A pass for
+/// single systems takes an argument, whose cost is negligible next to the divisions.
 const OPEN: u8 = 0;
 const CYCLIC: u8 = 1;
 const EITHER: u8 = 2;
@@ -249,7 +249,7 @@ impl<T: Real, const L: usize> Work<'_, '_, T, L> {
     }
 }
 
-/// Eliminates and substitutes back C columns. Each pass is compiled as a function of its own.
+/// Eliminates and substitutes back C columns. Each pass is compiled as a separate function.
 struct Pass<'a, 'b, T, F, const L: usize, const C: usize, const KIND: u8> {
     work: Work<'a, 'b, T, L>,
     form: F,

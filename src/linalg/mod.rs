@@ -1,10 +1,10 @@
 //! Batched linear algebra on plain slices.
 //!
-//! [`solve_tridiagonal_batch`] solves many tridiagonal systems at once, open and cyclic, of any and
-//! different lengths. On the CPU systems lie side by side in the lanes of the vector registers, so
-//! that a batch is solved many times faster than one system after the other, with the same bits for
-//! each; on a GPU they are solved by the kernels of [`ring`]. [`thomas`] is the textbook's
-//! elimination, which the CPU's fast path is tested against, as the kernels are against the CPU.
+//! [`solve_tridiagonal_batch`] solves many tridiagonal systems at once, open and cyclic, of any
+//! lengths. The CPU puts systems side by side into the lanes of its vector registers. That is many
+//! times faster than solving them one after the other, with the same bits for each. A GPU solves them
+//! by the kernels of [`ring`]. Tests compare the CPU with [`thomas`], the textbook's elimination, and
+//! the kernels with the CPU.
 
 #[doc(hidden)]
 pub mod banded;

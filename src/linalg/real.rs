@@ -17,8 +17,7 @@ pub trait Real: sealed::Sealed + Scalar<Number = Self> + Display + PartialEq + P
     const NAN: Self;
     /// Distance from 1 to the next larger number.
     const EPSILON: Self;
-    /// The smallest positive number of full precision. What decays below it counts as 0: arithmetic
-    /// with smaller numbers is a hundred times slower on many processors.
+    /// The smallest positive number of full precision.
     const SMALLEST_NORMAL: Self;
 
     /// The nearest number of this type.

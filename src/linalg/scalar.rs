@@ -1,4 +1,5 @@
-//! [`Scalar`]: what the mathematics of a curve is written over, one number at a time or one a lane of a vector register.
+//! [`Scalar`]: the number type of the mathematics of curves. It is a number, or a vector register with
+//! a number in each lane.
 
 use std::fmt::Debug;
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -6,9 +7,10 @@ use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 use super::real::Real;
 use super::wide::{Operation, apart, in_wide_registers};
 
-/// A number, or [`Lanes`] of numbers that undergo the same operations. Every operation rounds each
-/// lane like the number alone, so that a curve's bits do not depend on whether it was computed
-/// alone or beside others.
+/// A number, or [`Lanes`] of numbers that undergo the same operations.
+///
+/// Every operation rounds each lane like a single number. So a curve's bits do not depend on the
+/// curves in the other lanes.
 pub trait Scalar:
     Copy
     + Debug

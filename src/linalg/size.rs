@@ -1,9 +1,9 @@
-//! [`power_of_two`]: what numbers are divided by before a device gets them.
+//! [`power_of_two`]: the divisor of numbers that a device gets.
 
 /// The power of two at or below the largest magnitude; 1 where all numbers are 0.
 pub(crate) fn power_of_two(numbers: &[f64]) -> f64 {
     let largest = numbers.iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
-    // Without its mantissa; a subnormal number has no exponent of its own.
+    // Without its mantissa; subnormal numbers share an exponent.
     let power = f64::from_bits(largest.to_bits() & f64::INFINITY.to_bits());
     if largest == 0.0 { 1.0 } else { power.max(f64::MIN_POSITIVE) }
 }

@@ -1,8 +1,8 @@
-//! [`Skyline`]: symmetric matrices that need not be definite, factored as L D Lᵀ within their skyline.
+//! [`Skyline`]: symmetric matrices, definite or not, factored as L D Lᵀ within their skyline.
 //!
-//! A row is kept from its first entry to the diagonal, and its factor fills no more than that. A band with a few
-//! long rows costs as much as its entries. Rows are not exchanged: an order in which pivots become 0 is reported,
-//! and the caller adds to the diagonal.
+//! A row is stored from its first entry to the diagonal, and so is its factor. The cost of a band with
+//! a few long rows is the cost of its entries. Rows are not exchanged: a pivot of 0 is reported, and the
+//! caller adds to the diagonal.
 
 /// A symmetric matrix, then its factors.
 #[derive(Clone, Debug)]
@@ -57,7 +57,7 @@ impl Skyline {
         if column < self.first[row] { 0.0 } else { self.entries[self.starts[row] + column - self.first[row]] }
     }
 
-    /// Factors, and returns the number of negative pivots, which is that of negative eigenvalues.
+    /// Factors. Returns the number of negative pivots, which equals the number of negative eigenvalues.
     ///
     /// `None` where a pivot is 0 or no number.
     pub fn factor(&mut self) -> Option<usize> {

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-/// Rows (or points) a parallel task works on at least: some tens of microseconds of work.
+/// The fewest rows (or points) of a parallel task: some tens of microseconds of work.
 const ROWS_PER_TASK: usize = 4096;
 
 /// Divides the curves, or systems, into runs of about [`ROWS_PER_TASK`] rows, from the offsets of
@@ -11,7 +11,7 @@ pub(crate) fn tasks(offsets: &[usize]) -> Vec<Range<usize>> {
     let mut tasks = Vec::new();
     let mut from = 0;
     for to in 1..offsets.len() {
-        // What has no row costs something too.
+        // A curve without rows costs something too.
         if offsets[to] - offsets[from] + (to - from) >= ROWS_PER_TASK || to == offsets.len() - 1 {
             tasks.push(from..to);
             from = to;

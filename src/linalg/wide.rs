@@ -1,6 +1,7 @@
 //! Wide vector registers, where the processor has them, and computations as sequences of operations.
 
-/// A part of a computation, compiled as a function of its own by [`Scalar::run`](super::Scalar::run) and [`run`].
+/// A part of a computation, compiled as a separate function by [`Scalar::run`](super::Scalar::run) and
+/// [`run`].
 ///
 /// Only what is inlined into [`run`](Self::run) uses wide registers. Operations have some hundred
 /// lines each. One function of a whole computation takes compilers many times longer, since their
@@ -42,7 +43,7 @@ macro_rules! operation {
 
 pub(crate) use operation;
 
-/// Runs an operation in wide registers where there are any, else in those of the target.
+/// Runs an operation in wide registers if the processor has any, else in the target's registers.
 pub(crate) fn run<Op: Operation>(operation: Op) -> Op::Output {
     with_wide_registers(operation).unwrap_or_else(apart)
 }

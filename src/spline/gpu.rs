@@ -1,5 +1,5 @@
-//! Splines on the GPU: one submission a chunk of curves, which fits and samples; `packing` brings
-//! numbers there and back.
+//! Splines on the GPU. A submission per chunk of curves fits and samples. `packing` packs and unpacks
+//! the numbers.
 
 use std::ops::Range;
 
@@ -15,7 +15,7 @@ use crate::linalg::ring::{RingKernel, RowSource, Solve};
 use crate::precision::Precision;
 use crate::ragged;
 
-/// Threads a workgroup of the sampling kernels.
+/// Threads of a workgroup of the sampling kernels.
 pub(crate) const GROUP: usize = 64;
 
 /// `SampleParams` of `sample.wgsl`.
@@ -29,7 +29,7 @@ pub(crate) struct SampleParams {
 
 /// Derivatives at the ends of clamped curves, in input units.
 pub(crate) trait EndDerivatives: Sync {
-    /// At the first (`end` 0) or last (1) knot of curve `i`; `None` where the end is natural.
+    /// At the first (`end` 0) or last (1) knot of curve `i`. `None` if the end is natural.
     fn end_derivative(&self, i: usize, end: usize) -> Option<&[f64]>;
 }
 
@@ -37,21 +37,21 @@ pub(crate) trait EndDerivatives: Sync {
 pub(crate) enum Samples<'a> {
     /// None.
     None,
-    /// So many a span, and a last one for open curves.
+    /// As many per span, and a last one for open curves.
     PerSpan(usize),
-    /// At sites of their own.
+    /// At given sites.
     At(&'a Sites),
 }
 
-/// What comes back from the device.
+/// The results of the device.
 pub(crate) struct Fitted {
     /// Second derivatives at all knots, in input units.
     pub second: Vec<f64>,
     /// Samples of curve `i` from `offsets[i]` on, knot by knot: coordinates in input units.
     pub samples: Vec<f64>,
-    /// Curves whose numbers left the range of the device's floats: the CPU must fit them.
+    /// Curves whose numbers left the range of the device's floats. The CPU must fit them.
     pub overflowed: Vec<usize>,
-    /// Where the device was lost.
+    /// Set if the device was lost.
     pub lost: Option<Lost>,
 }
 
@@ -64,7 +64,7 @@ pub(crate) fn sample_offsets(knots: &Knots, samples: &Samples<'_>) -> Vec<usize>
     }
 }
 
-/// Offsets of arrays with so many entries for every curve that has knots.
+/// Offsets of arrays with `count(i)` entries for every curve that has knots.
 pub(super) fn offsets_of(knots: &Knots, count: impl Fn(usize) -> usize) -> Vec<usize> {
     ragged::offsets((0..knots.len()).map(|i| if knots.range(i).is_empty() { 0 } else { count(i) }))
 }
@@ -72,7 +72,7 @@ pub(super) fn offsets_of(knots: &Knots, count: impl Fn(usize) -> usize) -> Vec<u
 /// Fits (and samples) all curves.
 ///
 /// # Errors
-/// Those of submissions; [`Error::Limit`] for a curve larger than the device's largest array.
+/// Errors of submissions. [`Error::Limit`] for a curve larger than the device's largest array.
 pub(crate) fn fit(
     gpu: &Gpu,
     precision: Precision,
@@ -103,7 +103,7 @@ pub(crate) fn fit(
     Ok(fitted)
 }
 
-/// Samples splines that are fitted already.
+/// Samples fitted splines.
 ///
 /// # Errors
 /// As [`fit`].
@@ -161,7 +161,7 @@ fn chunks(gpu: &Gpu, precision: Precision, knots: &Knots, samples: &Samples<'_>)
     plan::chunks(points, largest, real * (2 + 3 * d) as u64 + 2 * largest, gpu.limits())
 }
 
-/// One run over chunks of curves: what its recordings, and `packing`, read.
+/// A run over chunks of curves, for recordings and for `packing`.
 pub(super) struct SplineRun<'a> {
     pub knots: &'a Knots,
     pub frames: &'a [Frame],

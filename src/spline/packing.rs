@@ -1,5 +1,4 @@
-//! Splines on their way to the device and back: normalised in f64, laid out as the kernels take
-//! them, mapped back.
+//! Packing and unpacking of splines: normalised in f64, in the kernels' layout, and mapped back.
 
 use std::ops::Range;
 
@@ -15,12 +14,12 @@ use crate::parallel;
 /// Frames that a thread makes together.
 const FRAMES_TOGETHER: usize = 256;
 
-/// Flags of `natural.wgsl` beside [`FLAG_CYCLIC`].
+/// Flags of `natural.wgsl`, besides [`FLAG_CYCLIC`].
 const FLAG_CLAMPED_START: u32 = 2;
 const FLAG_CLAMPED_END: u32 = 4;
 
-/// How a curve is normalised: y = center + size · y′, and t by its mean span, so that all numbers
-/// on the device are of order 1 and f32 loses nothing to an offset or a unit.
+/// The normalisation of a curve: y = center + size · y′, and t divided by its mean span. So all numbers
+/// on the device are of order 1, and f32 loses nothing to an offset or a unit.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Frame {
     pub center: [f64; 3],
@@ -28,7 +27,7 @@ pub(super) struct Frame {
     pub mean_span: f64,
 }
 
-/// The frame of every curve. That of a curve without knots is never asked for.
+/// The frame of every curve. The frame of a curve without knots is never used.
 pub(super) fn frames_of(knots: &Knots) -> Vec<Frame> {
     let none = Frame { center: [0.0; 3], size: 1.0, mean_span: 1.0 };
     let of = |i: usize| if knots.range(i).is_empty() { none } else { Frame::of(knots, i) };
@@ -42,15 +41,15 @@ impl Frame {
         Frame { mean_span, ..Self::of_points(knots.values(i), knots.dimension) }
     }
 
-    /// For points on the integers: every span has length 1. What is not finite spoils no more than
-    /// on the CPU: it has no part in the frame.
+    /// For points on the integers: every span has length 1. Points that are not finite do not affect
+    /// the frame.
     pub fn of_points(points: &[f64], d: usize) -> Self {
         let bounds = Bounds::of_flat(points, d);
         let size = bounds.half_size();
         Frame { center: bounds.middle(), size: if size > 0.0 { size } else { 1.0 }, mean_span: 1.0 }
     }
 
-    /// What a normalised second derivative of 1 is in the units of the input.
+    /// A normalised second derivative of 1 in the units of the input.
     pub fn second_derivative_unit(&self) -> f64 {
         self.size / self.mean_span / self.mean_span
     }
@@ -75,9 +74,8 @@ impl SplineRun<'_> {
         curves.clone().filter(|&i| !self.knots.range(i).is_empty())
     }
 
-    /// Spans and edges (a point's step to the next) of a chunk, normalised. Edges, not points,
-    /// since a spline through two points close to each other hangs on their difference, and f32
-    /// would lose it.
+    /// Spans and edges (a point's step to the next) of a chunk, normalised. Edges, not points: a spline
+    /// through two close points depends on their difference, which f32 would lose.
     pub fn pack(&self, curves: &Range<usize>) -> (Vec<f64>, Vec<f64>) {
         let (knots, d) = (self.knots, self.knots.dimension);
         let ends = &knots.offsets[curves.start..=curves.end];
@@ -100,8 +98,8 @@ impl SplineRun<'_> {
         (spans, edges)
     }
 
-    /// The systems of a chunk, and the normalised derivatives at its clamped ends (empty where no
-    /// end is clamped).
+    /// The systems of a chunk, and the normalised derivatives at its clamped ends (empty if no end is
+    /// clamped).
     pub fn systems(&self, curves: &Range<usize>) -> (Vec<System>, Vec<f64>) {
         let (knots, d) = (self.knots, self.knots.dimension);
         let mut end_derivatives = Vec::new();
@@ -128,10 +126,10 @@ impl SplineRun<'_> {
         (systems, end_derivatives)
     }
 
-    /// Takes back what a chunk's kernels found, in their numbers.
+    /// Unpacks the results of a chunk's kernels, of number type T.
     ///
     /// # Errors
-    /// [`Error::Kernel`](crate::Error::Kernel) where no kernel wrote a curve's status.
+    /// [`Error::Kernel`](crate::Error::Kernel) if no kernel wrote a curve's status.
     pub fn unpack<T>(&self, curves: &Range<usize>, results: &[Downloaded], out: &mut Fitted) -> Result<()>
     where
         T: Real + bytemuck::Pod,

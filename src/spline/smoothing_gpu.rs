@@ -1,9 +1,8 @@
-//! Smoothing splines on the GPU: normalised and mapped back by the code of the CPU, solved by
-//! `reinsch.wgsl`.
+//! Smoothing splines on the GPU: `reinsch.wgsl` solves them. The CPU's code normalises them and maps
+//! them back.
 //!
-//! The host keeps what is not the kernel's: curves whose regression line is the answer, averaged
-//! points under a deviation, and curves that the device's precision cannot resolve, which it fits
-//! in f64.
+//! The host fits the other curves: curves whose solution is the regression line, averaged points under
+//! a deviation, and, in f64, curves that the device's precision cannot resolve.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -44,17 +43,15 @@ pub(crate) struct SmoothingCurve {
     pub padding: u32,
 }
 
-/// Solves that a search for a deviation takes at most: the start, up to six strides, eleven
-/// bisections of a stride's 1,536 steps, and the last. A search that is not done by then is the
-/// host's.
+/// The most solves of a search for a deviation: the start, up to six strides, eleven bisections of a
+/// stride's 1,536 steps, and the last. The host takes searches that need more.
 const MOST_SOLVES: usize = 19;
 
-/// Knots of a curve that one thread may take: its loops pass over them up to 58 times in a solve,
-/// and llvmpipe ends a thread's loops after 65,535 iterations all told. The host's threads are
-/// faster for longer curves in any case.
+/// The most knots of a thread's curve. Its loops pass over them up to 58 times in a solve, and llvmpipe
+/// ends a thread's loops after 65,535 iterations in all. The host is faster for longer curves anyway.
 const MOST_KNOTS: usize = 1024;
 
-/// Numbers a curve in `searches`.
+/// Numbers of a curve in `searches`.
 const SEARCH: usize = 8;
 
 /// The kernel in a precision, for points of a dimension.
@@ -63,11 +60,11 @@ pub(crate) fn kernel(precision: Precision, dimension: usize) -> KernelKey {
     KernelKey { path: "spline/reinsch.wgsl", entry: "fit", precision, definitions }
 }
 
-/// Fits every curve: the values of the knots become those of the curves; second derivatives at the
-/// knots and the reports are returned.
+/// Fits every curve. The values of the knots become the curves' values. Returns second derivatives at
+/// the knots, and reports.
 ///
 /// # Errors
-/// Those of submissions; [`Error::Limit`] for a curve larger than the device's largest array.
+/// Errors of submissions. [`Error::Limit`] for a curve larger than the device's largest array.
 pub(super) fn fit_on_gpu(
     own: OfCurve<'_>,
     gpu: &Gpu,

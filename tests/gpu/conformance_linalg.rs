@@ -1,6 +1,6 @@
 //! The tridiagonal kernels against the CPU, and against their twins.
 
-use faircurve::linalg::ring::{RingKernel, Row, solve_lanes, solve_long, solve_on_gpu, solve_thread};
+use faircurve::linalg::ring::{RingKernel, Row, solve_lanes, solve_long, solve_on_gpu};
 use faircurve::linalg::{Cyclic, Matrix, Real, Solutions, TridiagonalBatch, solve_tridiagonal_batch};
 use faircurve::spline::{Boundary, Condition, Knotted, Piecewise};
 use faircurve::{CurveStatus, Device, Precision};
@@ -159,7 +159,7 @@ fn kernels_and_their_twins_agree_in_f32() {
         let systems = Systems::<f32>::new(network, &sizes(), 1, 31);
         for kernel in KERNELS {
             let twin = |rows: &[Row<f32>]| match (kernel, rows.len()) {
-                (RingKernel::Thread, _) => solve_thread(rows),
+                (RingKernel::Thread, _) => solve_lanes(rows, 1),
                 (RingKernel::Long, n) => solve_long(rows, 32, if n.div_ceil(32) <= 256 { 8 } else { 128 }),
                 (_, ..=256) => solve_lanes(rows, 8),
                 (RingKernel::Workgroup, ..=1024) => solve_lanes(rows, 32),

@@ -1,4 +1,4 @@
-// Small blocks by their rows: block[i] is row i, which to WGSL is a column.
+// Small blocks by rows: block[i] is row i, a column in WGSL.
 // Twin: src/linalg/block_ring/dense.rs.
 
 // aᵀ b
@@ -24,10 +24,10 @@ fn block_unit() -> matrix {
     return a;
 }
 
-// The lower triangle C with C Cᵀ = a, of which the lower triangle is read, with 1/c on the
-// diagonal; `smallest` is lowered to the smallest pivot. A pivot that is not positive is reported
-// and counts as infinite, which holds its unknown at 0 and keeps the factors from growing; one that
-// is not a finite number of f32 is reported as 0.
+// The lower triangle C with C Cᵀ = a, of which the lower triangle is read, with 1/c on the diagonal.
+// `smallest` is lowered to the smallest pivot. A pivot that is not positive is reported and counts as
+// infinite: it holds its unknown at 0 and keeps the factors from growing. A pivot that is not a finite
+// number of f32 is reported as 0.
 fn block_cholesky(a: matrix, smallest: ptr<function, real>) -> matrix {
     var c = matrix();
     var pivot = real(0);

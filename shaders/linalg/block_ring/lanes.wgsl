@@ -1,4 +1,5 @@
-// Block-banded systems given as arrays, params.lanes lanes a curve. Twin: src/linalg/block_ring/lanes.rs.
+// Block-banded systems from arrays. params.lanes lanes share a curve.
+// Twin: src/linalg/block_ring/lanes.rs.
 
 struct BlockParams {
     // Curves of the dispatch.
@@ -22,13 +23,13 @@ alias matrix = mat$DIMx$DIM<real>;
 
 @group(0) @binding(0) var<uniform> params: BlockParams;
 @group(0) @binding(1) var<storage, read> curves: array<BlockCurve>;
-// Four blocks of $DIM × $DIM numbers a vertex, row after row: with itself and its next three.
+// Four blocks of $DIM × $DIM numbers per vertex, row after row: with itself and the next three.
 @group(0) @binding(2) var<storage, read> blocks: array<real>;
 @group(0) @binding(3) var<storage, read> right_hand_sides: array<real>;
-// 0 where the unknown is held at 0.
+// 0 if the unknown is held at 0.
 @group(0) @binding(4) var<storage, read> movable: array<u32>;
 @group(0) @binding(5) var<storage, read_write> solution: array<real>;
-// The smallest of each curve.
+// The smallest pivot of each curve.
 @group(0) @binding(6) var<storage, read_write> pivots: array<real>;
 @group(0) @binding(7) var<storage, read_write> ring_scratch: array<real>;
 

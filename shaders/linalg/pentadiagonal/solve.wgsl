@@ -1,3 +1,4 @@
+// Solves for $W right-hand sides in place at x. No twin: see pentadiagonal.wgsl.
 fn $NAME(diagonal: u32, first: u32, second: u32, n: u32, x: u32) {
     var one = vec$W<real>();
     var two = vec$W<real>();

@@ -1,6 +1,6 @@
-// Row `at` in terms of the kept unknown (alpha), the next one (gamma) and neither (delta); `share`
-// is its own excess over its pivot. Stands inside the loops over a chunk, which carry alpha, share
-// and delta from row to row.
+// Row `at` in terms of the kept unknown (alpha), of the next unknown (gamma), and a constant (delta).
+// `share` is its own excess divided by its pivot. Loops over a chunk include this, and carry alpha,
+// share and delta from row to row.
         let row = load_row(system, at);
         let own = row.excess + row.left * share;
         let link = row.left * alpha;

@@ -1,11 +1,11 @@
-// Rows given as arrays: three bands, or the excesses and edge weights of a network (see Matrix in
+// Rows from arrays: three bands, or the excesses and edge weights of a network (see Matrix in
 // src/linalg/tridiagonal.rs).
 
 const FLAG_NETWORK: u32 = 2u;
 
 // The diagonal, or the excesses of a network.
 @group(0) @binding(4) var<storage, read> diagonal: array<real>;
-// The weights of a network are in both.
+// Both hold the weights of a network.
 @group(0) @binding(5) var<storage, read> lower: array<real>;
 @group(0) @binding(6) var<storage, read> upper: array<real>;
 @group(0) @binding(7) var<storage, read> right_hand_sides: array<real>;

@@ -1,10 +1,10 @@
 // Batched tridiagonal systems, open and cyclic, by partition and cyclic reduction over a ring of
 // lanes.
 //
-// params.lanes lanes share a system. Each eliminates its chunk of at most $Q consecutive rows down to
-// the first of them, the kept row. The kept rows form a cyclic tridiagonal system, reduced by
-// log2 lanes steps of cyclic reduction. Then every lane substitutes back. A ring makes open (one
-// weight zero) and cyclic systems the same code. Row form: see mod.wgsl.
+// params.lanes lanes share a system. Each reduces its chunk of at most $Q consecutive rows to the first
+// one, the kept row. The kept rows form a cyclic tridiagonal system, which is reduced by log2 lanes
+// steps of cyclic reduction. Then every lane substitutes back. Open systems (one weight is zero) and
+// cyclic systems run the same code. Row form: see mod.wgsl.
 // Twin: src/linalg/ring/lanes.rs, same names, same order of operations.
 //:include linalg/ring/mod.wgsl
 //:include $ROWS
@@ -41,7 +41,7 @@ fn solve(
     let lane = thread % params.lanes;
     let base = thread - lane;
 
-    // Short systems use a ring of fewer lanes, a power of two; the rest of the lanes idle.
+    // Short systems use a ring of fewer lanes, a power of two. Other lanes idle.
     let ring = 1u << firstLeadingBit(min(params.lanes, system.rows));
     let working = live && lane < ring;
     let begin = lane * system.rows / ring;
@@ -142,8 +142,7 @@ fn solve(
         }
     }
 
-    // A network without excess is singular: every constant solves it, zero is taken, and the status
-    // says so.
+    // A network without excess is singular, and every constant solves it. Take zero, and report it.
     var kept = columns();
     if (excess != real(0)) {
         kept = rhs / excess;

@@ -1,26 +1,27 @@
-// Systems longer than a workgroup holds, in three dispatches: `reduce` turns every chunk of rows
-// into one row of a shorter system, which is solved by any kernel (or reduced again), and
-// `substitute` goes back through each chunk, between the two kept unknowns beside it. One thread a
-// chunk. Twin: src/linalg/ring/long.rs.
+// Systems longer than a workgroup holds, in three dispatches, one thread per chunk of rows. `reduce`
+// reduces every chunk to a row of a shorter system. Any kernel solves that, or it is reduced again.
+// `substitute` computes the chunk's other unknowns from the kept unknowns at both of its ends.
+// Twin: src/linalg/ring/long.rs.
 //:include linalg/ring/mod.wgsl
 //:include $ROWS
 
 struct Chunk {
-    // Index of the system in the table; rows begin … begin + rows − 1 of it.
+    // Index of the system in the table. The chunk has its rows begin … begin + rows − 1.
     system: u32,
     begin: u32,
     rows: u32,
-    // The chunk after it along its system (the first again after the last).
+    // The next chunk of its system (after the last chunk the first).
     next: u32,
 }
 
 @group(0) @binding(8) var<storage, read> chunks: array<Chunk>;
-// Five numbers a chunk: excess, left and right of the kept row, alpha and share of the last row
-// eliminated. After all chunks two numbers a row: its alpha and gamma.
+// Five numbers per chunk: excess, left and right of the kept row, alpha and share of the last
+// eliminated row. After all chunks two numbers per row: alpha and gamma.
 @group(0) @binding(9) var<storage, read_write> reduced: array<real>;
-// Two right-hand sides a chunk: that of the kept row, and delta of the last row. After all chunks a row's delta.
+// Two vectors per chunk: the right-hand side of the kept row, and delta of the last row. After all
+// chunks every row's delta.
 @group(0) @binding(10) var<storage, read_write> reduced_rhs: array<real>;
-// Of a chunk, once the shorter system is solved, the kept unknown.
+// Solution of the shorter system: the kept unknown of every chunk.
 @group(0) @binding(11) var<storage, read> kept_unknowns: array<real>;
 
 //:include linalg/ring/read.wgsl NAME=load_kept ARRAY=kept_unknowns

@@ -1,13 +1,13 @@
 // Rows of a tridiagonal system in the form that keeps its accuracy: row i reads
 //     (excess + left + right) x_i − left x_{i−1} − right x_{i+1} = rhs_i,
-// so the row sum, and no band that is a difference, is what is stored. Elimination in this form is
-// a star-mesh reduction of a resistor network: sums, products and quotients, no subtraction where
-// all three are non-negative.
+// so the row sum is stored, not a band that is a difference. Elimination in this form is a star-mesh
+// reduction of a resistor network: it has sums, products and quotients, and no subtraction if all
+// three are non-negative.
 
 struct Params {
     // Systems of this dispatch, or chunks of them.
     count: u32,
-    // Right-hand sides a row has in memory, and the first of those solved for here.
+    // Right-hand sides of a row in memory, and the first one solved for here.
     columns: u32,
     column: u32,
     // Lanes that share a system in lanes.wgsl.

@@ -1,5 +1,5 @@
-// Rows of the shorter system that long.wgsl's `reduce` leaves, one a chunk: its kept row, coupled
-// to the kept row of the chunk before.
+// Rows of the shorter system of long.wgsl: the kept row of every chunk, coupled to the kept row of
+// the previous chunk.
 
 @group(0) @binding(4) var<storage, read> parts: array<real>;
 @group(0) @binding(5) var<storage, read> part_rhs: array<real>;

@@ -1,7 +1,7 @@
-// Batched tridiagonal systems, one thread a system: the ring of lanes.wgsl with a single lane, any
-// number of rows. The coefficients of the back-substitution go to scratch memory, two numbers a
-// row; the intermediate right-hand sides to the place of the solution.
-// Twin: src/linalg/ring/thread.rs.
+// Batched tridiagonal systems, one thread per system: the ring of lanes.wgsl with a single lane and
+// any number of rows. Scratch memory holds the coefficients of the back substitution, two per row.
+// The array of the solution holds the intermediate right-hand sides.
+// Twin: src/linalg/ring/lanes.rs with a single lane.
 //:include linalg/ring/mod.wgsl
 //:include $ROWS
 
@@ -28,8 +28,7 @@
         rhs += right * delta;
         right *= gamma;
     }
-    // Both neighbours of the kept row are the kept row itself: what couples to it leaves only its
-    // share.
+    // Both neighbours of the kept row are the kept row itself. Only the share remains of its coupling.
     excess += row.left * share;
     rhs += row.left * delta;
 

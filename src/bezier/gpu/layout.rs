@@ -1,4 +1,4 @@
-//! [`Layout`]: where a chunk's curves stand on the device. [`Results`]: what came back of them.
+//! [`Layout`]: the positions of a chunk's curves on the device. [`Results`]: their results.
 
 use std::ops::Range;
 
@@ -78,7 +78,7 @@ impl Layout {
     }
 }
 
-/// What came back of a chunk.
+/// The results of a chunk.
 pub(super) struct Results<'a> {
     products: &'a Products<'a>,
     layout: &'a Layout,
@@ -91,7 +91,7 @@ impl<'a> Results<'a> {
         Results { products, layout, sizes, numbers }
     }
 
-    /// What came back of a curve, if it was sent.
+    /// The results of a curve, if it was sent.
     #[inline(always)]
     pub fn of(&self, i: usize) -> Option<CurveResults<'_>> {
         let (tile, lane) = self.layout.places[i - self.layout.first];
@@ -114,7 +114,7 @@ impl<'a> Results<'a> {
     }
 }
 
-/// What came back of a curve.
+/// The results of a curve.
 pub(super) struct CurveResults<'a> {
     numbers: &'a [f64],
     product: Product<'a>,

@@ -38,7 +38,7 @@ pub(super) const ROUNDINGS: f64 = 5.0;
 /// that.
 ///
 /// # Errors
-/// Those of compiling the kernel and of submissions.
+/// Errors of compiling the kernel and of submissions.
 pub(crate) fn complete_on_gpu<const D: usize>(
     gpu: &Gpu,
     precision: Precision,
@@ -185,7 +185,7 @@ impl Line {
 /// points given, or of those made.
 ///
 /// # Errors
-/// Those of [`complete_on_gpu`].
+/// Errors of [`complete_on_gpu`].
 pub(crate) fn transform_on_gpu<const D: usize>(
     gpu: &Gpu,
     precision: Precision,

@@ -114,7 +114,7 @@ fn families(layout: &Layout, tables: &Tables, round: u32, rounds: u32) -> Vec<Ex
 ///
 /// The widths before it take every second, fourth, … of them.
 struct Tables {
-    /// The first number for so many intervals.
+    /// The first number for a count of intervals.
     first: FxHashMap<usize, usize>,
     numbers: Vec<f64>,
 }

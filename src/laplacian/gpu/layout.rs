@@ -1,11 +1,11 @@
-//! [`Layout`]: where a chunk's grids stand on the device.
+//! [`Layout`]: the positions of a chunk's grids on the device.
 
 use std::ops::Range;
 
 use super::super::refine::refined;
 use super::{GROUP, Grids};
 
-/// Grids of one shape, stored beside each other.
+/// Grids of one shape, stored side by side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Family {
     pub shape: [usize; 2],
@@ -18,7 +18,7 @@ pub(super) struct Family {
 pub(super) struct Layout {
     chunk: Range<usize>,
     pub dimension: usize,
-    /// Numbers of the grids, those of one shape in order.
+    /// Indices of the grids, sorted by shape, then by index.
     pub members: Vec<usize>,
     pub families: Vec<Family>,
 }
@@ -37,13 +37,12 @@ impl Layout {
         Layout { chunk: chunk.clone(), dimension: grids.dimension(), members, families }
     }
 
-    /// The shapes of all families after so many rounds.
+    /// The shapes of all families after some rounds.
     pub fn shapes(&self, rounds: u32) -> impl Iterator<Item = [usize; 2]> {
         self.families.iter().map(move |family| refined(family.shape, rounds).expect("the last shapes have fitted"))
     }
 
-    /// The first number of every family's grids after so many rounds, and how many numbers there
-    /// are.
+    /// The first number of every family's grids after some rounds, and the total of numbers.
     pub fn offsets(&self, rounds: u32) -> (Vec<usize>, usize) {
         self.numbers(rounds, |[rows, columns]| rows * columns)
     }
@@ -72,10 +71,9 @@ impl Layout {
         (starts, total)
     }
 
-    /// Where every grid of the chunk stands, if it was sent.
+    /// The position of every grid of the chunk, if it was sent.
     ///
-    /// The entries are its number among the members, and the first of its numbers after so many
-    /// rounds.
+    /// The entries are its index among the members, and the first of its numbers after some rounds.
     pub fn places(&self, rounds: u32) -> Vec<Option<(usize, usize)>> {
         let mut places = vec![None; self.chunk.len()];
         let (offsets, _) = self.offsets(rounds);

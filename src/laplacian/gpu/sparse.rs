@@ -39,7 +39,7 @@ pub(super) struct SparseFamily {
 /// The stencils of all pairs of axes that a run's grids have.
 pub(super) struct Weights {
     radius: usize,
-    /// The fewest intervals with which an axis has borders of its own.
+    /// The fewest intervals with which an axis has two separate borders.
     least: usize,
     /// The first weight of each pair.
     first: FxHashMap<[Axis; 2], usize>,
@@ -52,7 +52,7 @@ impl Weights {
         Weights { radius, least, first: FxHashMap::default(), weights: Vec::new() }
     }
 
-    /// Adds the stencils that grids of these shapes need in so many rounds.
+    /// Adds the stencils that grids of these shapes need in some rounds.
     pub fn add(&mut self, rule: &SparseRule, shapes: impl Iterator<Item = [usize; 2]>, rounds: u32) {
         for shape in shapes {
             for round in 0..rounds {
@@ -71,7 +71,7 @@ impl Weights {
         self.weights.len()
     }
 
-    /// The most turns of a thread's loops, for so many values a point.
+    /// The most iterations of a thread's loops, for `dimension` values per point.
     ///
     /// The search for the thread's family counts too.
     pub fn turns(&self, dimension: usize) -> usize {

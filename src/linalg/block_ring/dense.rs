@@ -78,7 +78,7 @@ pub(super) fn cholesky<S: Scalar, const D: usize>(a: &Block<S, D>, smallest: &mu
         for k in 0..i {
             pivot -= c[i][k] * c[i][k];
         }
-        // 1 for a number, NaN for what is none.
+        // 1 if it is finite, else NaN.
         let number = pivot * S::ZERO + S::ONE;
         let pivot = number.if_positive(pivot, S::ZERO);
         *smallest = (*smallest - pivot).if_positive(pivot, *smallest);

@@ -1,5 +1,4 @@
-//! Batches of block-banded systems on a GPU: arrays up, one dispatch a chunk, solutions and
-//! smallest pivots back.
+//! Batches of block-banded systems on a GPU, with one dispatch per chunk.
 
 #[cfg(all(test, feature = "gpu"))]
 mod tests;
@@ -35,14 +34,14 @@ struct BlockCurve {
     scratch: u32,
 }
 
-/// Lanes of a curve in the kernels: 8 suit curves of up to some hundred vertices.
+/// Lanes of a curve. 8 suit curves of up to some hundred vertices.
 pub const BLOCK_LANES: [u32; 2] = [8, 64];
 
-/// Threads a workgroup: a whole wave of the widest hardware.
+/// Threads of a workgroup: a whole wave of the widest hardware.
 const GROUP: u32 = 64;
 
-/// Vertices of a chunk. A vertex takes a turn for its factor, one for each of those that are kept,
-/// and one on the way back.
+/// The most vertices of a chunk. A vertex takes a loop iteration for its factor, one for each kept
+/// vertex, and one for the substitution.
 const MOST_CHUNK: usize = LOOP_TURNS / (MOST_REACH + 2);
 
 /// Systems of a batch of curves, vertex after vertex.
@@ -52,34 +51,35 @@ pub struct BlockBatch<'a, T> {
     pub dimension: usize,
     /// Half-bandwidth in vertices, 1 to 3.
     pub reach: usize,
-    /// Of every curve its first vertex, then the number of vertices.
+    /// The first vertex of every curve, then the number of vertices.
     pub offsets: &'a [usize],
     /// Whether each curve is closed.
     pub closed: &'a [bool],
-    /// Of every vertex, the blocks with itself and its next three (see
+    /// The blocks of every vertex with itself and the next three (see
     /// [`BlockSystem`](super::BlockSystem)), row after row.
     pub blocks: &'a [T],
-    /// Of every vertex, whether its unknown is not held at 0.
+    /// Whether the unknown of each vertex is free, not held at 0.
     pub movable: &'a [bool],
 }
 
-/// What a batch's systems come to.
+/// The solutions of a batch.
 #[derive(Clone, Debug)]
 pub struct BlockSolutions<T> {
     /// The unknowns, vertex after vertex.
     pub x: Vec<T>,
-    /// The smallest pivot of each curve: where it is not positive, the matrix is not positive
-    /// definite, and its unknowns have no meaning. For a curve without vertices, 1e30.
+    /// The smallest pivot of each curve. If it is not positive, the matrix is not positive definite,
+    /// and its unknowns have no meaning. 1e30 for a curve without vertices.
     pub pivots: Vec<T>,
 }
 
-/// Solves a batch with so many lanes a curve, one of [`BLOCK_LANES`], in f32 or f64 (the arrays are
-/// converted where they differ).
+/// Solves a batch with `lanes` lanes per curve, one of [`BLOCK_LANES`], in f32 or f64. Converts the
+/// arrays if necessary.
 ///
 /// # Errors
-/// [`Error::Argument`] for a number of lanes that there is no kernel for, and for a closed curve of
-/// fewer vertices than `reach`; those of compiling the kernel and of submissions; [`Error::Limit`]
-/// for a curve larger than the device's largest array, or too long for its lanes.
+/// - [`Error::Argument`] for another number of lanes, and for a closed curve of fewer vertices than
+///   `reach`.
+/// - [`Error::Limit`] for a curve larger than the device's largest array, or too long for its lanes.
+/// - Errors of compiling the kernel and of submissions.
 pub fn solve_blocks_on_gpu<T: Real>(
     gpu: &Gpu,
     precision: Precision,
@@ -218,8 +218,8 @@ fn kernel_key(precision: Precision, dimension: usize, reach: usize) -> KernelKey
     KernelKey { path: "linalg/block_ring/lanes.wgsl", entry: "solve", precision, definitions }
 }
 
-/// The kernels in every form.
+/// Every variant of the kernel.
 pub fn block_ring_kernels(precision: Precision) -> Vec<KernelKey> {
-    let forms = [2, 3].into_iter().flat_map(|d| (1..=MOST_REACH).map(move |reach| (d, reach)));
-    forms.map(|(d, reach)| kernel_key(precision, d, reach)).collect()
+    let variants = [2, 3].into_iter().flat_map(|d| (1..=MOST_REACH).map(move |reach| (d, reach)));
+    variants.map(|(d, reach)| kernel_key(precision, d, reach)).collect()
 }

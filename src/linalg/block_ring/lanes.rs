@@ -22,14 +22,14 @@ type Blocks<S, const D: usize> = [[Block<S, D>; MOST_REACH]; MOST_REACH];
 /// Vectors of the kept vertices.
 type Vectors<S, const D: usize> = [Vector<S, D>; MOST_REACH];
 
-/// What a system's factorisation found.
+/// The solution of a system.
 #[derive(Clone, Debug)]
 pub struct BlockSolution<S, const D: usize> {
-    /// The unknowns; of no meaning, but numbers unless they overflow, where the smallest pivot is
-    /// not positive.
+    /// The unknowns. If the smallest pivot is not positive, they have no meaning, but are finite unless
+    /// they overflow.
     pub x: Vec<Vector<S, D>>,
-    /// The smallest pivot: positive if and only if the matrix is positive definite, up to rounding.
-    /// 0 for one that is not a number.
+    /// The smallest pivot, positive if and only if the matrix is positive definite, up to rounding. A
+    /// pivot that is not finite counts as 0.
     pub smallest: S,
 }
 
@@ -41,9 +41,9 @@ struct Eliminated<S, const D: usize> {
     rhs: Vector<S, D>,
 }
 
-/// What a lane tells others of the kept vertices that it has eliminated between, `low` and `high`:
-/// what is to be added to their blocks and right-hand sides, and the block that couples them now,
-/// `high` in rows.
+/// What a lane shares about the kept vertices on both sides of its eliminated ones, `low` and `high`:
+/// terms of their blocks and right-hand sides, and the block that couples them now, with rows of
+/// `high`.
 struct Shares<S, const D: usize> {
     low: Blocks<S, D>,
     low_rhs: Vectors<S, D>,
@@ -59,8 +59,8 @@ impl<S: Scalar, const D: usize> Shares<S, D> {
     }
 }
 
-/// A row of the ring: `left` and `right` couple the kept vertices (rows) with those of the
-/// neighbours. Once factored, C⁻¹ of all that, and the diagonal blocks of C.
+/// A row of the ring: `left` and `right` couple the kept vertices (rows) with the neighbours' kept
+/// vertices. Once factored, C⁻¹ times all of them, and the diagonal blocks of C.
 struct Kept<S, const D: usize> {
     own: Blocks<S, D>,
     left: Blocks<S, D>,
@@ -243,7 +243,7 @@ impl<S: Scalar, const D: usize> Chunk<'_, S, D> {
 }
 
 impl<S: Scalar, const D: usize> Kept<S, D> {
-    /// Factors the own block, C Cᵀ, row after row, and takes C⁻¹ of all that stands beside it.
+    /// Factors the own block, C Cᵀ, row after row, and applies C⁻¹ to the rest of the row.
     fn factor(&mut self, reach: usize, smallest: &mut S) {
         for i in 0..reach {
             for p in 0..i {
@@ -291,7 +291,7 @@ impl<S: Scalar, const D: usize> Kept<S, D> {
         out
     }
 
-    /// The kept unknowns of a row that was eliminated, from those of the neighbours it had then.
+    /// The kept unknowns of an eliminated row, from the unknowns of its neighbours at that time.
     fn unknowns(&self, reach: usize, left: &Vectors<S, D>, right: &Vectors<S, D>) -> Vectors<S, D> {
         let mut x = self.rhs;
         for i in (0..reach).rev() {

@@ -1,4 +1,4 @@
-//! The public solver on the GPU: arrays up, one submission a chunk, solutions back.
+//! The public solver on the GPU, with one submission per chunk.
 
 use std::ops::Range;
 
@@ -10,14 +10,12 @@ use crate::linalg::tridiagonal::solve_on_cpu;
 use crate::linalg::{Cyclic, Matrix, Real, Solutions, TridiagonalBatch};
 use crate::precision::Precision;
 
-/// Solves a batch on a GPU with the kernel asked for, in f32 or f64 (the arrays are converted where
-/// they differ).
+/// Solves a batch on a GPU with the given kernel, in f32 or f64. Converts the arrays if necessary.
 ///
-/// Where the device is lost, systems that were not solved have the status
-/// [`CurveStatus::NotConverged`] and NaN.
+/// If the device is lost, unsolved systems have the status [`CurveStatus::NotConverged`] and NaN.
 ///
 /// # Errors
-/// Those of compiling the kernel and of submissions; [`Error::Limit`](crate::Error::Limit) when a
+/// Errors of compiling the kernel and of submissions. [`Error::Limit`](crate::Error::Limit) if a
 /// single system exceeds the device's largest array.
 pub fn solve_on_gpu<T: Real>(
     gpu: &Gpu,
@@ -120,7 +118,7 @@ impl<T: Real> RingBatch<'_, T> {
         Ok(())
     }
 
-    /// A system that is singular, or whose solution is not finite, is rare: the CPU says what it is.
+    /// Solves a system again on the CPU, for systems that are singular or whose solution is not finite.
     fn solve_again(&self, i: usize, solution: &mut [T]) -> CurveStatus {
         let rows = self.systems.offsets[i]..self.systems.offsets[i + 1];
         let matrix = match self.systems.matrix {

@@ -1,5 +1,4 @@
-//! Twin of `shaders/linalg/ring/long.wgsl`, and the dispatches it takes: systems longer than a
-//! workgroup holds.
+//! Twin of `shaders/linalg/ring/long.wgsl`, and its dispatches: systems longer than a workgroup holds.
 
 use super::lanes::{Reduced, Row, eliminate, solve_lanes};
 use super::{Chunk, GROUP, LONG_CHUNK, Params, RowSource, Solve, System, kernel_key};
@@ -9,7 +8,7 @@ use crate::gpu::{Buffer, KernelKey, Recording};
 use crate::linalg::Real;
 use crate::precision::Precision;
 
-/// Solves one system by reducing chunks of `chunk` rows to one each, and what is left by
+/// Solves one system: reduces chunks of `chunk` rows to one row each, and solves the shorter system by
 /// [`solve_lanes`].
 pub fn solve_long<T: Real>(rows: &[Row<T>], chunk: usize, lanes: usize) -> (Vec<T>, bool) {
     let reduced: Vec<Reduced<T>> = rows.chunks(chunk).map(eliminate).collect();
@@ -23,7 +22,7 @@ pub fn solve_long<T: Real>(rows: &[Row<T>], chunk: usize, lanes: usize) -> (Vec<
     (x, singular)
 }
 
-/// Records reduction, solution of the shorter systems (by any kernel, perhaps this again) and
+/// Records reduction, solution of the shorter systems (by any kernel, perhaps by this one again) and
 /// substitution.
 pub(super) fn record(
     solve: &Solve<'_>,

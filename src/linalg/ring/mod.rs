@@ -1,15 +1,13 @@
 //! Batched tridiagonal systems on the GPU: partition and cyclic reduction over a ring of lanes.
 //!
-//! The kernels work on rows in the form (excess + left + right) x_i − left x_{i−1} − right x_{i+1}
-//! = rhs_i, given by a
-//! [`RowSource`]: arrays for the public solver, or computed on the fly from the data of a spline. Which kernel serves
-//! which system is planned here, by its number of rows.
+//! The kernels take rows (excess + left + right) x_i − left x_{i−1} − right x_{i+1} = rhs_i from a
+//! [`RowSource`]: arrays of the public solver, or the data of a spline, from which rows are computed on
+//! the fly. The number of rows of a system decides which kernel solves it.
 
 mod batch;
 mod lanes;
 mod long;
 mod self_test;
-mod thread;
 
 use std::collections::BTreeMap;
 
@@ -24,7 +22,6 @@ pub use batch::solve_on_gpu;
 pub use lanes::{Reduced, Row, eliminate, solve_lanes};
 pub use long::solve_long;
 pub use self_test::{SelfTest, self_test};
-pub use thread::solve_thread;
 
 /// The kernel that solves a batch. [`Auto`](Self::Auto) is right for all but tests and benches.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -32,15 +29,15 @@ pub enum RingKernel {
     /// By the number of rows and what the adapter can do.
     #[default]
     Auto,
-    /// Eight lanes a system, exchanging by subgroup shuffles, rows in registers. Up to 256 rows,
-    /// fewer with several right-hand sides or in f64. Longer systems as by [`Long`](Self::Long).
+    /// Eight lanes per system, which exchange by subgroup shuffles, with rows in registers. Up to 256
+    /// rows, fewer with several right-hand sides or in f64. Longer systems as by [`Long`](Self::Long).
     Subgroup,
-    /// 8, 32 or 128 lanes a system, exchanging through workgroup memory. Up to 4,096 rows, fewer
+    /// 8, 32 or 128 lanes per system, which exchange through workgroup memory. Up to 4,096 rows, fewer
     /// with several right-hand sides or in f64. Longer systems as by [`Long`](Self::Long).
     Workgroup,
-    /// One thread a system, coefficients in scratch memory.
+    /// One thread per system, with coefficients in scratch memory.
     Thread,
-    /// Three dispatches: reduce, solve what is left, substitute.
+    /// Three dispatches: reduce, solve the shorter system, substitute.
     Long,
 }
 
@@ -50,9 +47,9 @@ pub enum RingKernel {
 pub struct Params {
     /// Number of systems (or chunks, in the long kernels).
     pub count: u32,
-    /// Right-hand sides a row has in memory.
+    /// Right-hand sides of a row in memory.
     pub columns: u32,
-    /// First of those solved for.
+    /// The first right-hand side solved for.
     pub column: u32,
     /// Lanes that share a system in `lanes.wgsl`.
     pub lanes: u32,
@@ -66,7 +63,7 @@ pub struct System {
     pub start: u32,
     /// Number of rows, at least 1.
     pub rows: u32,
-    /// Bits the row source understands; [`FLAG_CYCLIC`] among them.
+    /// [`FLAG_CYCLIC`] and flags of the row source.
     pub flags: u32,
     /// Where the status goes.
     pub index: u32,
@@ -89,7 +86,7 @@ pub struct Chunk {
 /// The last row is coupled to the first.
 pub const FLAG_CYCLIC: u32 = 1;
 
-/// The rows that `given.wgsl` reads are those of a network.
+/// The rows of `given.wgsl` are a network.
 const FLAG_NETWORK: u32 = 2;
 
 /// Status word of a system that was solved; 0 means that no kernel wrote it.
@@ -112,27 +109,27 @@ const RINGS: [u32; 3] = [SUBGROUP_RING, 32, 128];
 /// Rows of a lane, which are in registers, unrolled in the kernel's text.
 const CHUNKS: [u32; 3] = [8, 16, 32];
 
-/// Lanes of the ring that exchanges by shuffles, one system a subgroup of at least this size.
+/// Lanes of the ring that exchanges by shuffles. A subgroup has at least as many.
 const SUBGROUP_RING: u32 = 8;
 
 /// Words that the rows of a lane may take. A row is two numbers and its right-hand sides.
 ///
-/// With 96 of them, and what else a lane needs, 128 registers suffice in f32, so that two waves share
-/// what executes them; with 192 in f64 compilers run out of registers (benches/RESULTS.md).
+/// With 96 of them 128 registers suffice in f32, and two waves share an execution unit. With 192 in
+/// f64 compilers run out of registers (benches/RESULTS.md).
 const LANE_WORDS: u32 = 96;
 
-/// Systems up to this many rows are solved by one thread each where there are no subgroups: on
-/// llvmpipe in f32 that is 3.5 times as fast as exchanging through memory at 16 rows, 1.5 times at
-/// 64, and about even at 256 (benches/RESULTS.md).
+/// Without subgroups, each system up to this many rows is solved by one thread. On llvmpipe in f32
+/// that is 3.5 times as fast as exchanging through memory at 16 rows, 1.5 times at 64, and about even
+/// at 256 (benches/RESULTS.md).
 const SHORT_ROWS: u32 = 64;
 
-/// Above this many rows software adapters take the long kernels, which compile in less than a
-/// second, where llvmpipe needs seconds for those with more than 8 rows a lane unrolled in their
-/// text (2 s for 16, 7 s for 32, once measured).
+/// Above this many rows software adapters take the long kernels, which compile in less than a second.
+/// llvmpipe needs 2 s for 16 rows per lane, unrolled in the kernel's text, and 7 s for 32, once
+/// measured.
 const QUICK_ROWS: u32 = 64;
 
-/// Rows a single thread takes at most: it loops over them twice, and llvmpipe ends a thread's
-/// loops, without a word, after 65,535 iterations all told.
+/// The most rows of a single thread. It loops over them twice, and llvmpipe silently ends a thread's
+/// loops after 65,535 iterations in all.
 const THREAD_ROWS: u32 = 16_384;
 
 /// Rows of a chunk of the long kernels.
@@ -158,8 +155,9 @@ pub struct Solve<'a> {
 }
 
 impl Solve<'_> {
-    /// Records the dispatches that solve all systems: `solution` takes columns numbers a row,
-    /// `status` a word a system.
+    /// Records the dispatches that solve all systems.
+    ///
+    /// `solution` takes `columns` numbers per row, and `status` a word per system.
     pub fn record(
         &self,
         recording: &mut Recording<'_>,
@@ -175,7 +173,7 @@ impl Solve<'_> {
         for (variant, range) in variants.iter().zip(ranges).filter(|(_, range)| !range.is_empty()) {
             let solve = Solve { systems: &sorted[range], ..*self };
             match variant {
-                Variant::Long => long::record(&solve, recording, source, solution, status)?,
+                KernelVariant::Long => long::record(&solve, recording, source, solution, status)?,
                 _ => solve.record_bucket(recording, *variant, source, solution, status)?,
             }
         }
@@ -183,23 +181,23 @@ impl Solve<'_> {
     }
 
     /// The variants in use, by increasing number of rows they take.
-    fn variants(&self, recording: &Recording<'_>) -> Vec<Variant> {
+    fn variants(&self, recording: &Recording<'_>) -> Vec<KernelVariant> {
         let together = self.columns.min(MAX_COLUMNS_TOGETHER);
         let rings = |subgroup| rings(recording.precision(), together, subgroup).into_iter();
         match self.kernel {
-            RingKernel::Thread => vec![Variant::Thread { most_rows: THREAD_ROWS }, Variant::Long],
-            RingKernel::Long => vec![Variant::Long],
-            RingKernel::Workgroup => rings(false).chain([Variant::Long]).collect(),
+            RingKernel::Thread => vec![KernelVariant::Thread { most_rows: THREAD_ROWS }, KernelVariant::Long],
+            RingKernel::Long => vec![KernelVariant::Long],
+            RingKernel::Workgroup => rings(false).chain([KernelVariant::Long]).collect(),
             RingKernel::Subgroup => {
-                let shuffled = |variant: &Variant| matches!(variant, Variant::Lanes { subgroup: true, .. });
-                rings(true).filter(shuffled).chain([Variant::Long]).collect()
+                let shuffled = |variant: &KernelVariant| matches!(variant, KernelVariant::Lanes { subgroup: true, .. });
+                rings(true).filter(shuffled).chain([KernelVariant::Long]).collect()
             }
             RingKernel::Auto => {
                 let adapter = recording.gpu().summary();
-                let alone = (!adapter.has_subgroups).then_some(Variant::Thread { most_rows: SHORT_ROWS });
+                let alone = (!adapter.has_subgroups).then_some(KernelVariant::Thread { most_rows: SHORT_ROWS });
                 let quick = rings(adapter.has_subgroups)
                     .filter(|variant| !adapter.is_software() || variant.most_rows() <= QUICK_ROWS);
-                alone.into_iter().chain(quick).chain([Variant::Long]).collect()
+                alone.into_iter().chain(quick).chain([KernelVariant::Long]).collect()
             }
         }
     }
@@ -207,14 +205,14 @@ impl Solve<'_> {
     fn record_bucket(
         &self,
         recording: &mut Recording<'_>,
-        variant: Variant,
+        variant: KernelVariant,
         source: &RowSource<'_>,
         solution: &Buffer,
         status: &Buffer,
     ) -> Result<()> {
         let systems = recording.upload(self.systems);
         let mut buffers = vec![("systems", &systems), ("solution", solution), ("status", status)];
-        let scratch = matches!(variant, Variant::Thread { .. }).then(|| {
+        let scratch = matches!(variant, KernelVariant::Thread { .. }).then(|| {
             let end = self.systems.iter().map(|system| system.start + system.rows).max().unwrap_or(0);
             recording.storage_reals(2 * end as usize)
         });
@@ -241,30 +239,31 @@ impl Solve<'_> {
 /// The rings that solve for `columns` right-hand sides together, by increasing number of rows.
 ///
 /// Each takes more rows than the one before it.
-fn rings(precision: Precision, columns: u32, has_subgroups: bool) -> Vec<Variant> {
+fn rings(precision: Precision, columns: u32, has_subgroups: bool) -> Vec<KernelVariant> {
     let words = precision.bytes() as u32 / 4;
-    let mut rings: Vec<Variant> = Vec::new();
+    let mut rings: Vec<KernelVariant> = Vec::new();
     for lanes in RINGS {
         for q in CHUNKS.into_iter().filter(|&q| q * (2 + columns) * words <= LANE_WORDS) {
             if rings.last().is_none_or(|last| last.most_rows() < lanes * q) {
-                rings.push(Variant::Lanes { lanes, q, subgroup: has_subgroups && lanes == SUBGROUP_RING });
+                rings.push(KernelVariant::Lanes { lanes, q, subgroup: has_subgroups && lanes == SUBGROUP_RING });
             }
         }
     }
     rings
 }
 
+/// A kernel for systems up to a number of rows.
 #[derive(Clone, Copy, Debug)]
-enum Variant {
+enum KernelVariant {
     Lanes { lanes: u32, q: u32, subgroup: bool },
     Thread { most_rows: u32 },
     Long,
 }
 
-impl Variant {
-    /// Path, definitions, and systems a workgroup, of the kernel that solves in one dispatch.
+impl KernelVariant {
+    /// Path and definitions of the kernel that solves in one dispatch, and its systems per workgroup.
     fn kernel(self) -> (&'static str, Definitions, usize) {
-        let Variant::Lanes { lanes, q, subgroup } = self else {
+        let KernelVariant::Lanes { lanes, q, subgroup } = self else {
             return ("linalg/ring/thread.wgsl", crate::gpu::source::definitions([("GROUP", &GROUP)]), GROUP as usize);
         };
         let group = if subgroup { GROUP } else { EXCHANGING_GROUP };
@@ -277,14 +276,14 @@ impl Variant {
 
     /// Lanes that share a system.
     fn lanes(self) -> u32 {
-        if let Variant::Lanes { lanes, .. } = self { lanes } else { 1 }
+        if let KernelVariant::Lanes { lanes, .. } = self { lanes } else { 1 }
     }
 
     fn most_rows(self) -> u32 {
         match self {
-            Variant::Lanes { lanes, q, .. } => lanes * q,
-            Variant::Thread { most_rows } => most_rows,
-            Variant::Long => u32::MAX,
+            KernelVariant::Lanes { lanes, q, .. } => lanes * q,
+            KernelVariant::Thread { most_rows } => most_rows,
+            KernelVariant::Long => u32::MAX,
         }
     }
 }
@@ -315,7 +314,7 @@ pub fn kernels(precision: Precision, source: &str) -> Vec<KernelKey> {
     let mut add = |key: KernelKey| keys.insert(key.name(), key);
     for columns in 1..=MAX_COLUMNS_TOGETHER {
         let rings = [false, true].into_iter().flat_map(|has_subgroups| rings(precision, columns, has_subgroups));
-        for variant in rings.chain([Variant::Thread { most_rows: THREAD_ROWS }]) {
+        for variant in rings.chain([KernelVariant::Thread { most_rows: THREAD_ROWS }]) {
             let (path, definitions, _) = variant.kernel();
             add(kernel_key(path, "solve", precision, definitions, source, columns));
         }

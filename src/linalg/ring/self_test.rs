@@ -12,11 +12,10 @@ use crate::ragged;
 pub struct SelfTest {
     /// Which kernel, which precision.
     pub what: String,
-    /// The largest difference to the CPU's f64, relative to the largest solution; or why there is
-    /// none.
+    /// The largest difference to the CPU's f64, relative to the largest solution, or an error.
     pub outcome: Result<f64, String>,
-    /// What it may be: 64 ε, far above what a right kernel needs for these systems of condition 5
-    /// and far below what a wrong one gives.
+    /// The largest difference allowed: 64 ε. For these systems, of condition 5, a correct kernel is
+    /// far below it, and a wrong one far above.
     pub bound: f64,
 }
 

@@ -1,9 +1,9 @@
 // A lane's chunk of vertices: all but the first $REACH are eliminated, one after the other, and
-// substituted back at the end. To a chunk belong the blocks of its vertices with themselves and
-// those after.
+// substituted back at the end. A chunk has the blocks of its vertices with themselves and with the
+// vertices after them.
 
-// Block of a vertex of the chunk, by unwrapped numbers, where vertices that are held are decoupled;
-// 0 of the next chunk's.
+// Block of a vertex of the chunk, by unwrapped indices, with held vertices decoupled. 0 for vertices
+// of the next chunk.
 fn ring_own_block(curve: Curve, ring: BlockRing, v: u32, k: u32) -> matrix {
     if (v >= ring.end) {
         return matrix();
@@ -32,9 +32,9 @@ fn ring_own_rhs(curve: Curve, ring: BlockRing, v: u32) -> vector {
     return vector();
 }
 
-// Eliminates the chunk's vertices but the first $REACH: a first pass factors them, and leaves what is to be
-// added to the next chunk's first vertices; then a pass for each of the chunk's own couples it with them.
-// A thread keeps few blocks at a time, which is why there are several passes.
+// Eliminates the chunk's vertices but the first $REACH. A first pass factors them, and leaves terms of
+// the next chunk's first vertices. Then a pass for each of the chunk's first vertices couples it with
+// them. There are several passes so that a thread keeps few blocks at a time.
 fn ring_eliminate(curve: Curve, ring: BlockRing, smallest: ptr<function, real>) {
     ring_factor_chunk(curve, ring, smallest);
     for (var a = 0u; a < RING_REACH; a++) {
@@ -42,13 +42,13 @@ fn ring_eliminate(curve: Curve, ring: BlockRing, smallest: ptr<function, real>) 
     }
 }
 
-// The word where what is eliminated of a vertex begins.
+// The first word of an eliminated vertex.
 fn ring_eliminated(ring: BlockRing, v: u32) -> u32 {
     return RING_SHARED + (v - ring.begin - RING_REACH) * RING_ELIMINATED;
 }
 
 fn ring_factor_chunk(curve: Curve, ring: BlockRing, smallest: ptr<function, real>) {
-    // The next vertices, whose last row and column are those of the vertex about to enter.
+    // The next vertices. The last row and column belong to the vertex about to enter.
     var window: array<matrix, RING_FRONT * RING_FRONT>;
     var window_rhs: array<vector, RING_FRONT>;
     let first = ring.begin + RING_REACH;
@@ -92,8 +92,8 @@ fn ring_factor_chunk(curve: Curve, ring: BlockRing, smallest: ptr<function, real
 //:end
 }
 
-// What couples the chunk's vertex number a with those that were eliminated: of its row, `low` is what its first
-// vertices are left with, and `across` what couples it with the next chunk's.
+// Couples the chunk's vertex a with the eliminated ones. Of its row, `low` remains for the chunk's
+// first vertices, and `across` for the next chunk's.
 fn ring_couple(curve: Curve, ring: BlockRing, a: u32) {
     // Rows of the next vertices; and by the chunk's vertices up to a.
     var coupled: array<matrix, RING_REACH>;
@@ -131,7 +131,7 @@ fn ring_couple(curve: Curve, ring: BlockRing, a: u32) {
     ring_store_vector(ring, RING_LOW_RHS + a * $DIMu, low_rhs);
 }
 
-// Substitutes back, from the chunk's kept unknowns and those of the lane behind.
+// Substitutes back, from the kept unknowns of this chunk and of the next.
 fn ring_substitute(curve: Curve, ring: BlockRing, behind: u32) {
     var next: array<vector, RING_REACH>;
     var kept: array<vector, RING_REACH>;

@@ -1,7 +1,7 @@
-// The vertices that a lane keeps, as a row of the ring: RING_LEFT and RING_RIGHT couple them (rows) with those of
-// the neighbours, of symmetric RING_OWN the upper half is there. Once factored, C⁻¹ of all that, and the
-// diagonal blocks of C in RING_FACTORS. All of it stands in scratch memory, of which a thread takes a
-// column at a time.
+// The kept vertices of a lane as a row of the ring. RING_LEFT and RING_RIGHT couple them (rows) with
+// the neighbours' kept vertices. RING_OWN is symmetric: its upper half is stored. Once factored,
+// these hold C⁻¹ times themselves, and RING_FACTORS the diagonal blocks of C. All is in scratch
+// memory, from which a thread loads a column at a time.
 
 fn ring_square(section: u32, a: u32, b: u32) -> u32 {
     return section + (a * RING_REACH + b) * RING_BLOCK;
@@ -11,7 +11,7 @@ fn ring_own(ring: BlockRing, word: u32) -> matrix {
     return ring_load_block(ring, ring.lane, word);
 }
 
-// Adds to the row what lanes before and behind share of it. `before` has it after itself, and `behind` before.
+// Adds the terms of the row that the lanes on both sides share.
 fn ring_add_shares(ring: BlockRing, before: u32, behind: u32) {
     for (var a = 0u; a < RING_REACH; a++) {
         for (var b = a; b < RING_REACH; b++) {
@@ -28,7 +28,7 @@ fn ring_add_shares(ring: BlockRing, before: u32, behind: u32) {
     ring_take_sides(ring, before, behind);
 }
 
-// The row before anything of the ring is eliminated: what the lane and the one before share of it.
+// The row before any lane is eliminated: the terms that this lane and the previous one share.
 fn ring_take_row(ring: BlockRing, before: u32) {
     for (var a = 0u; a < RING_REACH; a++) {
         for (var b = a; b < RING_REACH; b++) {
@@ -43,8 +43,7 @@ fn ring_take_row(ring: BlockRing, before: u32) {
     ring_take_sides(ring, before, ring.lane);
 }
 
-// What couples the row with its neighbours, as told by the lane between it and the one before, and
-// by that between it and the one after.
+// The blocks that couple the row with its neighbours, from the lanes between it and each neighbour.
 fn ring_take_sides(ring: BlockRing, before: u32, behind: u32) {
     for (var a = 0u; a < RING_REACH; a++) {
         for (var b = 0u; b < RING_REACH; b++) {
@@ -56,7 +55,7 @@ fn ring_take_sides(ring: BlockRing, before: u32, behind: u32) {
     }
 }
 
-// Both neighbours are the row itself.
+// For the last row, which is its own neighbour on both sides.
 fn ring_close(ring: BlockRing) {
     for (var a = 0u; a < RING_REACH; a++) {
         for (var b = 0u; b < RING_REACH; b++) {
@@ -72,7 +71,7 @@ fn ring_close(ring: BlockRing) {
     }
 }
 
-// Factors the own block, C Cᵀ, row after row, and takes C⁻¹ of all that stands beside it.
+// Factors the own block, C Cᵀ, row after row, and applies C⁻¹ to the rest of the row.
 fn ring_factor(ring: BlockRing, smallest: ptr<function, real>) {
     var own: array<matrix, RING_BLOCKS>;
     var factors: array<matrix, RING_REACH>;
@@ -114,7 +113,7 @@ fn ring_factor(ring: BlockRing, smallest: ptr<function, real>) {
     }
 }
 
-// −Σ xᵢᵀ yᵢ over the rows of column a of one side and column b of another.
+// −Σ xᵢᵀ yᵢ over the rows of column a of side x and column b of side y.
 fn ring_sides(ring: BlockRing, x: u32, a: u32, y: u32, b: u32) -> matrix {
     var share = matrix();
     for (var i = 0u; i < RING_REACH; i++) {
@@ -132,7 +131,7 @@ fn ring_side_rhs(ring: BlockRing, x: u32, a: u32) -> vector {
     return share;
 }
 
-// Shares what the neighbours are left with once this row, factored, is eliminated.
+// Shares the terms of the neighbours' rows once this row, factored, is eliminated.
 fn ring_share(ring: BlockRing) {
     for (var a = 0u; a < RING_REACH; a++) {
         for (var b = 0u; b < RING_REACH; b++) {
@@ -147,9 +146,8 @@ fn ring_share(ring: BlockRing) {
     }
 }
 
-// The kept unknowns of a row that was eliminated, for others to read where its shares of right-hand sides
-// were, from those of the neighbours it had then. The row that was eliminated last has none, and zeros
-// beside it.
+// The kept unknowns of an eliminated row, from the unknowns of its neighbours at that time. They replace
+// the right-hand sides that the lane shared. The last row has no neighbours, and zeros for them.
 fn ring_unknowns(ring: BlockRing, before: u32, behind: u32) {
     var x: array<vector, RING_REACH>;
 //:unroll i 0..$REACH

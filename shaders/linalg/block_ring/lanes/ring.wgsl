@@ -1,8 +1,8 @@
-// Block-banded symmetric positive definite systems of curves, open and closed: params.lanes lanes
-// share a curve, each vertex of which is coupled with the $REACH after it. Every lane keeps the first
-// $REACH vertices of its chunk and eliminates the others; the kept ones form a cyclic block
-// tridiagonal system, reduced by log2 lanes steps of cyclic reduction; then every lane substitutes
-// back. Why: src/linalg/block_ring/mod.rs.
+// Block-banded symmetric positive definite systems of curves, open and closed. params.lanes lanes
+// share a curve, whose vertices are coupled with the $REACH vertices after them. Every lane keeps the
+// first $REACH vertices of its chunk and eliminates the others. The kept ones form a cyclic block
+// tridiagonal system, which is reduced by log2 lanes steps of cyclic reduction. Then every lane
+// substitutes back. Reasons: src/linalg/block_ring/mod.rs.
 // Twin: src/linalg/block_ring/lanes.rs.
 //
 // Who includes it defines $DIM and, for curves of a type Curve:
@@ -20,8 +20,8 @@ const RING_BLOCKS: u32 = RING_REACH * RING_REACH;
 const RING_BLOCK: u32 = $DIMu * $DIMu;
 const RING_HALF: u32 = RING_REACH * (RING_REACH + 1u) / 2u * RING_BLOCK;
 
-// No twin: what the CPU has in arrays. What a lane shares: what is to be added to the blocks and right-hand sides of the
-// kept vertices before and after it, the block that couples these, rows of those after; the
+// No twin: the CPU has arrays. A lane shares terms of the blocks and right-hand sides of the kept
+// vertices before and after it, the block that couples these (rows of the ones after), and the
 // smallest pivot.
 const RING_LOW: u32 = 0u;
 const RING_HIGH: u32 = RING_HALF;
@@ -35,8 +35,8 @@ const RING_FACTORS: u32 = RING_OWN + RING_HALF;
 const RING_LEFT: u32 = RING_FACTORS + RING_REACH * RING_BLOCK;
 const RING_RIGHT: u32 = RING_LEFT + RING_BLOCKS * RING_BLOCK;
 const RING_RHS: u32 = RING_RIGHT + RING_BLOCKS * RING_BLOCK;
-// No twin: then what it has eliminated: a vertex's factor, what couples it with those after it and with the
-// kept ones, its right-hand side.
+// No twin: then the eliminated vertices. Each has its factor, the blocks that couple it with the next
+// vertices and with the kept ones, and its right-hand side.
 const RING_SHARED: u32 = RING_RHS + RING_REACH * $DIMu;
 const RING_ELIMINATED_RHS: u32 = (2u * RING_REACH + 1u) * RING_BLOCK;
 const RING_ELIMINATED: u32 = RING_ELIMINATED_RHS + $DIMu;
@@ -47,9 +47,9 @@ const RING_NO_PIVOT: real = real(1e30);
 // A lane's part of a curve.
 struct BlockRing {
     lane: u32,
-    // Lanes of the ring: a power of two, each with $REACH vertices at least.
+    // Lanes of the ring: a power of two, each with at least $REACH vertices.
     lanes: u32,
-    // Whether the lane has a part.
+    // Whether the lane has a chunk.
     working: bool,
     vertices: u32,
     closed: bool,
@@ -60,8 +60,7 @@ struct BlockRing {
     first: u32,
 }
 
-// A lane of params.lanes; the curve's part of the scratch memory begins at `first`. Of lanes that are not
-// live the curve may be any.
+// A lane. The curve's scratch memory begins at `first`. Lanes that are not live may have any curve.
 fn block_ring(vertices: u32, closed: bool, first: u32, lane: u32, live: bool) -> BlockRing {
     let lanes = 1u << firstLeadingBit(max(min(params.lanes, vertices / RING_REACH), 1u));
     // An open curve of fewer vertices than are kept is continued by vertices that stand still.
@@ -103,7 +102,7 @@ fn ring_store_block(ring: BlockRing, word: u32, a: matrix) {
 //:end
 }
 
-// Where block (a, b), b ≥ a, of a symmetric one stands.
+// The position of block (a, b), b ≥ a, of a symmetric block matrix.
 fn ring_upper(section: u32, a: u32, b: u32) -> u32 {
     return section + (a * (2u * RING_REACH - a + 1u) / 2u + b - a) * RING_BLOCK;
 }
@@ -112,10 +111,9 @@ fn ring_upper(section: u32, a: u32, b: u32) -> u32 {
 //:include linalg/block_ring/lanes/chunk.wgsl
 //:include linalg/block_ring/lanes/kept.wgsl
 
-// Solves; all lanes of a workgroup take part, those that do not work for the barriers' sake. The
-// solution is there for all of them to read. Returns the smallest pivot, to every lane that works:
-// positive if and only if the matrix is positive definite, up to rounding, and 0 for one that is
-// not a number.
+// Solves. All lanes of a workgroup call it, idle ones for the barriers. Afterwards all of them can read
+// the solution. Returns the smallest pivot to working lanes: positive if and only if the matrix is
+// positive definite, up to rounding, and 0 if a pivot is not finite.
 fn solve_block_ring(curve: Curve, ring: BlockRing) -> real {
     var smallest = RING_NO_PIVOT;
     if (ring.working) {
@@ -128,8 +126,8 @@ fn solve_block_ring(curve: Curve, ring: BlockRing) -> real {
     }
     storageBarrier();
 
-    // Every second lane of those left is eliminated; last of all lane 0, both neighbours of which
-    // are itself by then.
+    // Every second remaining lane is eliminated, lane 0 last, which is then its own neighbour on both
+    // sides.
     for (var step = 1u; step <= params.lanes; step *= 2u) {
         let before = (ring.lane + ring.lanes - step % ring.lanes) % ring.lanes;
         let behind = (ring.lane + step) % ring.lanes;
@@ -150,7 +148,7 @@ fn solve_block_ring(curve: Curve, ring: BlockRing) -> real {
         storageBarrier();
     }
 
-    // Back, in the opposite order; unknowns are shared where right-hand sides were.
+    // Back, in the opposite order. Unknowns replace the right-hand sides that were shared.
     for (var step = params.lanes; step > 0u; step /= 2u) {
         let is_last = ring.lane == 0u && step == ring.lanes;
         if (ring.working && (ring.lane % (2u * step) == step || is_last)) {
