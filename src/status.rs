@@ -1,10 +1,10 @@
 //! [`CurveStatus`]: how a fit can end, each status explained once.
 
-use serde::Serialize;
-
 /// How the fit of one curve ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
+///
+/// With the feature `formats` it is serialised as its [`word`](Self::word).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "formats", derive(serde::Serialize), serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum CurveStatus {
     /// The curve asked for was found.
@@ -18,7 +18,7 @@ pub enum CurveStatus {
     NotConverged,
     /// The length runs away while the energy falls: there is no minimiser.
     ///
-    /// The curve comes out as its input polyline.
+    /// The result is the input polyline.
     Unbounded,
     /// No curve attains the least energy.
     NoMinimiser,
@@ -26,16 +26,16 @@ pub enum CurveStatus {
     NotUnique,
     /// No curve was found that keeps its limits.
     ///
-    /// The curve is the one that breaks them least, or, where loops alone keep them, the one without limits. The sentence
-    /// says which limit, where and by how much.
+    /// The curve is the one with the smallest violation found. If only curves with loops satisfy the limits, it is the
+    /// unconstrained curve. The sentence says which limit is violated, where and by how much.
     Infeasible,
     /// Too little to fit: fewer than two distinct points, or two different points at one parameter.
     ///
-    /// The curve comes out as its input polyline.
+    /// The result is the input polyline.
     Degenerate,
-    /// The input is NaN, infinite, decreasing or otherwise impossible.
+    /// The input is NaN, infinite, decreasing or otherwise invalid.
     ///
-    /// The curve comes out as its input polyline.
+    /// The result is the input polyline.
     Invalid,
 }
 
@@ -45,7 +45,7 @@ impl CurveStatus {
         matches!(self, CurveStatus::Converged | CurveStatus::NotUnique)
     }
 
-    /// Of pieces of a curve, the one of highest severity says how the curve is.
+    /// A curve made of several pieces has the status of highest severity among them.
     pub(crate) fn severity(self) -> u32 {
         match self {
             CurveStatus::Converged => 0,
