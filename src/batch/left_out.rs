@@ -16,7 +16,6 @@ impl CurveBatch {
             first_lines: None,
             cut: None,
             unwrapped: numbers(&self.origin.unwrapped),
-            round_pole: numbers(&self.origin.round_pole),
             ..Origin::clone(&self.origin)
         };
         selected.with_origin(Arc::new(origin))

@@ -24,10 +24,6 @@ pub(crate) struct Origin {
     pub unwrapped: Vec<usize>,
     /// Whether all longitudes were within ±180 as they were read.
     pub within_half_turn: bool,
-    /// Curves of `unwrapped` that wind round a pole.
-    ///
-    /// They became open curves that end 360 degrees from their start.
-    pub round_pole: Vec<usize>,
     /// Whether the file has polygons, whose neighbours share borders.
     pub is_map: bool,
     /// What is worth a line about the file.

@@ -4,31 +4,20 @@ use std::io::{self, Cursor, Read, Write};
 use std::sync::Arc;
 
 use super::formats::Entry;
-use super::npy::{self, Elements, Header, Order, numbers};
+use super::npy::{self, Array, Elements, Header, numbers};
 use super::npz::tuple;
 use super::source::Source;
 use super::{ReadOptions, WriteOptions, close};
-use crate::batch::{CurveBatch, Origin};
+use crate::batch::CurveBatch;
 use crate::error::{Error, Result, shortened};
 use crate::status::CurveStatus;
 
 pub(super) const ENTRY: Entry = Entry {
-    word: "npy",
-    extensions: &[],
-    title: "NPY",
     reads: "an array of NumPy, (B, n, d) for B curves, (n, d) for one; d is 2 or 3",
     writes: "(B, n, d), of curves with n points each",
     lacks: "the array has no curve",
-    dimensions: 2..=3,
     beziers: true,
-    columns: false,
-    statuses: false,
-    fills: |_| false,
-    parameters: false,
-    read,
-    write: |out, batch, options, _| write(out, batch, options),
-    write_file: None,
-    check: |_| Ok(()),
+    ..Entry::new("npy", "NPY", read, |out, batch, options, _| write(out, batch, options))
 };
 
 fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
@@ -57,19 +46,13 @@ fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
         return Err(wrong(format!("the array has the shape {}, but holds {stored} bytes", tuple(&header.shape))));
     };
     let elements = Elements { kind, count, reader: &mut reader as &mut dyn Read };
-    let mut coords = numbers(elements, &source.room).map_err(damaged)?.ok_or_else(of_type)?;
-    if header.order == Order::Fortran {
-        // The first axis runs fastest.
-        let place = |at: usize| at / (length * d) + curves * (at / d % length + length * (at % d));
-        coords = (0..coords.len()).map(|at| coords[place(at)]).collect();
-    }
+    let values = numbers(elements, &source.room).map_err(damaged)?.ok_or_else(of_type)?;
+    let coords = Array { shape: header.shape, order: header.order, values }.into_rows();
     // Of curves without points the shape alone says how many there are.
     source.take(curves.saturating_mul(std::mem::size_of::<usize>()))?;
     let offsets = (0..=curves).map(|i| i * length).collect();
-    let origin = Origin { file: Some(source.path.display().to_string()), ..Origin::default() };
-    let batch = CurveBatch::from_file(d, coords, offsets, Arc::new(origin))?;
-    let marked = vec![false; batch.len()];
-    close(batch, options.closed, &marked, &[])
+    let batch = CurveBatch::from_file(d, coords, offsets, Arc::new(source.origin()))?;
+    close(batch, options.closed, &[], &[])
 }
 
 /// The number of rows of every curve.
@@ -117,5 +100,5 @@ fn write(out: &mut dyn Write, batch: &CurveBatch, options: &WriteOptions) -> io:
         let own = if fits { batch.points(i) } else { &[f64::NAN] };
         own.iter().cycle().take(length * d)
     });
-    npy::write(out, "<f8", &[batch.len() as u64, length as u64, d as u64], points.copied())
+    npy::write(out, "<f8", &[batch.len() as u64, length as u64, d as u64], points.map(|x| x.to_le_bytes()))
 }

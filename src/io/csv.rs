@@ -16,7 +16,8 @@ use self::rows::Rows;
 use super::columns::STATUS;
 use super::encoding::NOT_UTF8;
 use super::formats::Entry;
-use super::source::{ROW_BYTES, RowReader, Source, read_line};
+use super::limits::ROW_BYTES;
+use super::source::{RowReader, Source, read_line};
 use super::text::Text;
 use super::{Antimeridian, ReadOptions, WriteOptions, antimeridian, free_names};
 use crate::batch::{Clock, CurveBatch, Values};
@@ -28,22 +29,18 @@ fn is_tabbed(extension: &str) -> bool {
 }
 
 pub(super) const ENTRY: Entry = Entry {
-    word: "csv",
     extensions: &["tsv", "tab"],
-    title: "CSV",
     reads: "one row a point",
     writes: "samples `curve,x,y[,z],t`, or control points",
     lacks: "there is a header, but no row after it",
-    dimensions: 2..=3,
     beziers: true,
     columns: true,
     statuses: true,
-    fills: |_| false,
     parameters: true,
-    read,
-    write: |out, batch, options, extension| write(out, batch, if is_tabbed(extension) { '\t' } else { ',' }, options),
-    write_file: None,
     check: check_names,
+    ..Entry::new("csv", "CSV", read, |out, batch, options, extension| {
+        write(out, batch, if is_tabbed(extension) { '\t' } else { ',' }, options)
+    })
 };
 
 /// Reads a CSV file row by row.

@@ -1,8 +1,9 @@
 //! Text in other encodings than UTF-8: UTF-16, which its first bytes tell, and what XML declares.
 
-use std::fmt;
 use std::io::{self, BufRead, BufReader, Read};
 use std::ops::Range;
+
+use super::limits::Refusal;
 
 /// What is read of UTF-16 at once.
 const CHUNK_BYTES: u64 = 1 << 15;
@@ -44,7 +45,7 @@ impl Utf16<'_> {
             self.inner.by_ref().take(wanted).read_to_end(&mut bytes)?;
             let (pairs, rest) = bytes.as_chunks::<2>();
             if !rest.is_empty() {
-                return Err(io::Error::other(NoUtf16));
+                return Err(io::Error::other(Refusal::Utf16));
             }
             if pairs.is_empty() {
                 break;
@@ -54,7 +55,7 @@ impl Utf16<'_> {
             wanted = 2;
         }
         let text: Result<String, _> = char::decode_utf16(units).collect();
-        text.map(String::into_bytes).map_err(|_| io::Error::other(NoUtf16))
+        text.map(String::into_bytes).map_err(|_| io::Error::other(Refusal::Utf16))
     }
 }
 
@@ -66,18 +67,6 @@ impl Read for Utf16<'_> {
         self.text.read(buffer)
     }
 }
-
-/// UTF-16 that is damaged.
-#[derive(Debug)]
-pub(super) struct NoUtf16;
-
-impl fmt::Display for NoUtf16 {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("the text begins as UTF-16, and is damaged or cut off: save the file as UTF-8")
-    }
-}
-
-impl std::error::Error for NoUtf16 {}
 
 /// The place of the encoding's name in an XML declaration.
 pub(super) fn declared(bytes: &[u8]) -> Option<Range<usize>> {

@@ -51,6 +51,35 @@ pub(super) struct Entry {
     pub check: fn(&CurveBatch) -> Result<()>,
 }
 
+impl Entry {
+    /// The entry of a format of plain points in the plane or in space, which holds nothing beside them.
+    pub const fn new(
+        word: &'static str,
+        title: &'static str,
+        read: fn(&mut Source, &ReadOptions) -> Result<CurveBatch>,
+        write: fn(&mut dyn Write, &CurveBatch, &WriteOptions, &str) -> io::Result<()>,
+    ) -> Self {
+        Entry {
+            word,
+            extensions: &[],
+            title,
+            reads: "",
+            writes: "",
+            lacks: "",
+            dimensions: 2..=3,
+            beziers: false,
+            columns: false,
+            statuses: false,
+            fills: |_| false,
+            parameters: false,
+            read,
+            write,
+            write_file: None,
+            check: |_| Ok(()),
+        }
+    }
+}
+
 /// Makes the enum, with an entry each.
 macro_rules! formats {
     ($($(#[doc = $doc:literal])* $format:ident: $module:ident,)*) => {

@@ -83,6 +83,25 @@ pub(super) fn turns(points: &[f64], stride: usize) -> Option<Vec<f64>> {
     })
 }
 
+/// Carries the longitudes of all curves past ±180 where they cross it. Returns the curves that cross, and those of them
+/// that wind round a pole.
+pub(super) fn unwrap(coords: &mut [f64], stride: usize, offsets: &[usize]) -> (Vec<usize>, Vec<usize>) {
+    let (mut unwrapped, mut round_pole) = (Vec::new(), Vec::new());
+    for (i, ends) in offsets.windows(2).enumerate() {
+        let points = &mut coords[ends[0] * stride..ends[1] * stride];
+        if !is_geographic(points, stride) {
+            continue;
+        }
+        let Some(turns) = turns(points, stride) else { continue };
+        if points[..stride] == points[points.len() - stride..] && winds(&turns) {
+            round_pole.push(i);
+        }
+        apply(points, stride, &turns);
+        unwrapped.push(i);
+    }
+    (unwrapped, round_pole)
+}
+
 /// Whether a ring with these turns winds round a pole.
 pub(super) fn winds(turns: &[f64]) -> bool {
     turns.first() != turns.last()

@@ -80,6 +80,7 @@ mod formats;
 mod geojson;
 mod gpx;
 pub mod grids;
+mod limits;
 mod longitude;
 mod memory;
 mod meshes;
@@ -95,6 +96,7 @@ mod tracts;
 mod xml;
 
 use std::borrow::Cow;
+use std::collections::HashSet;
 use std::io::{Read, Write};
 use std::path::Path;
 use std::str::FromStr;
@@ -424,6 +426,35 @@ fn free_names(batch: &CurveBatch, own: &[&str]) -> Vec<String> {
     batch.columns().iter().map(|column| free(&column.name)).collect()
 }
 
+/// A group of curves of a file: its number, its name, and how many curves it has.
+type Group<'a> = (usize, Option<&'a String>, usize);
+
+/// Names of curves: those of their groups, if every group has one and no two the same, else the groups' numbers. `part` adds
+/// the number of the curve, counted from 0, where a group has several.
+fn grouped_names(groups: &[Group], part: fn(&str, usize) -> String) -> Vec<String> {
+    let mut seen = HashSet::new();
+    let named = groups.iter().all(|(_, name, _)| name.is_some_and(|name| seen.insert(name)));
+    let mut names = Vec::new();
+    for &(number, name, count) in groups {
+        let name = name.filter(|_| named).cloned().unwrap_or_else(|| number.to_string());
+        match count {
+            1 => names.push(name),
+            _ => names.extend((0..count).map(|k| part(&name, k))),
+        }
+    }
+    names
+}
+
+/// The name of a curve of a feature or of a path.
+fn part(name: &str, k: usize) -> String {
+    format!("{name}/{k}")
+}
+
+/// "1 curve has", "2 curves have".
+fn counted(count: usize, one: &str, more: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { more })
+}
+
 /// The error for a path whose format is unknown. `option` names the format, one of `words`.
 fn unknown_format(path: &Path, option: &str, words: &str) -> Error {
     Error::Argument(match path == Path::new("-") {
@@ -463,23 +494,28 @@ fn is_finite(batch: &CurveBatch, i: usize) -> bool {
     batch.points(i).iter().all(|x| x.is_finite())
 }
 
-/// Closes all curves, none, or those of `marked`, which says of every curve whether it is closed.
-fn close_as_marked(batch: CurveBatch, closed: Closed, marked: Vec<bool>) -> Result<CurveBatch> {
-    let flags = match closed {
-        Closed::Auto => marked,
-        given => vec![given == Closed::Yes; batch.len()],
-    };
-    batch.closed_each(flags)
+/// Closes all curves, none, or those of `marked`, which says of every curve whether it is closed, or nothing.
+fn close_as_marked(batch: CurveBatch, closed: Closed, mut marked: Vec<bool>) -> Result<CurveBatch> {
+    marked.resize(batch.len(), false);
+    match closed {
+        Closed::Auto => batch.closed_each(marked),
+        given => {
+            let flags = vec![given == Closed::Yes; batch.len()];
+            batch.closed_each(flags)
+        }
+    }
 }
 
-/// Closes the curves that are marked, and the others as `closed` says. Those in `opened` stay open.
+/// Closes the curves that are `marked`, which says it of every curve or nothing, and the others as `closed` says. Those in
+/// `opened` stay open.
 fn close(batch: CurveBatch, closed: Closed, marked: &[bool], opened: &[usize]) -> Result<CurveBatch> {
     let repeats = |i: usize| batch.count(i) > 2 && batch.repeats_first(i);
+    let is_marked = |i: usize| marked.get(i).is_some_and(|marked| *marked);
     let mut flags: Vec<bool> = (0..batch.len())
         .map(|i| match closed {
-            Closed::Auto => marked[i] || repeats(i),
+            Closed::Auto => is_marked(i) || repeats(i),
             Closed::Yes => true,
-            Closed::No => marked[i],
+            Closed::No => is_marked(i),
         })
         .collect();
     opened.iter().for_each(|&i| flags[i] = false);

@@ -15,6 +15,34 @@ const HEADER_BYTES: usize = 10_000;
 /// The longest axis of an array without elements. Every row may make work, even if it is empty.
 const EMPTY_LENGTH: u64 = 1 << 24;
 
+/// The content of an array.
+pub(super) struct Array<T> {
+    pub shape: Vec<u64>,
+    pub order: Order,
+    pub values: Vec<T>,
+}
+
+impl<T: Copy> Array<T> {
+    /// The values row after row, however they were stored.
+    pub fn into_rows(self) -> Vec<T> {
+        if self.order == Order::C {
+            return self.values;
+        }
+        let count = self.values.len();
+        let place = |mut index: usize| {
+            // The place in the other order, digit by digit, the last axis first.
+            let (mut place, mut stride) = (0, count);
+            for length in self.shape.iter().rev().map(|&length| length as usize) {
+                stride /= length;
+                place += index % length * stride;
+                index /= length;
+            }
+            place
+        };
+        (0..count).map(|index| self.values[place(index)]).collect()
+    }
+}
+
 /// How the elements of an array follow each other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Order {
@@ -50,62 +78,13 @@ impl Kind {
     }
 }
 
-/// What elements are written into. Its type is known, so that a number is a copy and no call.
-pub(super) type Buffer<'a> = BufWriter<&'a mut dyn Write>;
-
-/// An element that can be written.
-pub(super) trait Element {
-    /// Its bytes, the least significant first.
-    fn write(&self, out: &mut Buffer) -> io::Result<()>;
-}
-
-impl Element for f64 {
-    fn write(&self, out: &mut Buffer) -> io::Result<()> {
-        out.write_all(&self.to_le_bytes())
-    }
-}
-
-impl Element for i64 {
-    fn write(&self, out: &mut Buffer) -> io::Result<()> {
-        out.write_all(&self.to_le_bytes())
-    }
-}
-
-impl Element for bool {
-    fn write(&self, out: &mut Buffer) -> io::Result<()> {
-        out.write_all(&[u8::from(*self)])
-    }
-}
-
-/// Text of so many code points, with NUL after its end.
-pub(super) struct Padded<'a>(pub std::borrow::Cow<'a, str>, pub usize);
-
-impl Element for Padded<'_> {
-    fn write(&self, out: &mut Buffer) -> io::Result<()> {
-        for point in self.0.chars().chain(std::iter::repeat('\0')).take(self.1) {
-            out.write_all(&u32::from(point).to_le_bytes())?;
-        }
-        Ok(())
-    }
-}
-
-/// Writes an array, row after row.
-pub(super) fn write<E: Element>(
+/// Writes an array, row after row, of elements that are bytes, the least significant first.
+pub(super) fn write<B: AsRef<[u8]>>(
     out: &mut dyn Write,
     kind: &str,
     shape: &[u64],
-    elements: impl Iterator<Item = E>,
+    elements: impl Iterator<Item = B>,
 ) -> io::Result<()> {
-    let mut out = begun(out, kind, shape)?;
-    for element in elements {
-        element.write(&mut out)?;
-    }
-    // What is behind the buffer is not flushed: that would begin another block of a gzip file.
-    out.into_inner().map(drop).map_err(IntoInnerError::into_error)
-}
-
-/// An array whose header is written.
-fn begun<'a>(out: &'a mut dyn Write, kind: &str, shape: &[u64]) -> io::Result<Buffer<'a>> {
     let mut out = BufWriter::with_capacity(1 << 16, out);
     let lengths: String = shape.iter().map(|length| format!("{length}, ")).collect();
     let header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({lengths}), }}");
@@ -114,7 +93,17 @@ fn begun<'a>(out: &'a mut dyn Write, kind: &str, shape: &[u64]) -> io::Result<Bu
     out.write_all(b"\x93NUMPY\x01\x00")?;
     out.write_all(&(padded as u16).to_le_bytes())?;
     writeln!(out, "{header:<width$}", width = padded - 1)?;
-    Ok(out)
+    for element in elements {
+        out.write_all(element.as_ref())?;
+    }
+    // What is behind the buffer is not flushed: that would begin another block of a gzip file.
+    out.into_inner().map(drop).map_err(IntoInnerError::into_error)
+}
+
+/// A text as an element of `length` code points, with NUL after its end.
+pub(super) fn padded(text: &str, length: usize) -> Vec<u8> {
+    let points = text.chars().map(u32::from).chain(std::iter::repeat(0)).take(length);
+    points.flat_map(u32::to_le_bytes).collect()
 }
 
 /// Bytes of the name of the format and its version.
@@ -426,7 +415,7 @@ mod tests {
     #[test]
     fn what_is_written_is_read() {
         let mut bytes = Vec::new();
-        write(&mut bytes, "<U3", &[2, 1], ["äb", ""].into_iter().map(|name| Padded(name.into(), 3))).unwrap();
+        write(&mut bytes, "<U3", &[2, 1], ["äb", ""].into_iter().map(|name| padded(name, 3))).unwrap();
         assert_eq!((bytes.len() - 24) % 64, 0);
         let mut reader = &bytes[..];
         let header = Header::read(&mut reader).unwrap();

@@ -1,7 +1,6 @@
 //! Input as bytes: a file, standard input or any reader, without gzip and the byte-order mark, UTF-16 as UTF-8.
 
 use std::cell::Cell;
-use std::fmt;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
@@ -9,22 +8,11 @@ use std::rc::Rc;
 
 use flate2::bufread::MultiGzDecoder;
 
-use super::encoding::{self, NOT_UTF8, NoUtf16};
+use super::encoding::{self, NOT_UTF8};
+use super::limits::{ROW_BYTES, Refusal, most_unpacked};
 use super::memory::{Full, Room};
+use crate::batch::Origin;
 use crate::error::{Error, Result, quoted};
-
-/// Packed data may unpack to this many times its size, and [`UNPACKED_BYTES`] more.
-///
-/// Text of numbers packs to a third or a tenth. Files made to fill memory unpack to nearly 1,000
-/// times their size, the most that DEFLATE can.
-pub(super) const UNPACKED_TIMES: u64 = 100;
-/// What packed data of any size may unpack to. A file of a few zeros packs to nearly nothing.
-pub(super) const UNPACKED_BYTES: u64 = 256 << 20;
-
-/// The most that so many bytes may unpack to.
-pub(super) fn most_unpacked(packed_bytes: u64) -> u64 {
-    packed_bytes.saturating_mul(UNPACKED_TIMES).saturating_add(UNPACKED_BYTES)
-}
 
 /// An open input.
 pub(super) struct Source<'a> {
@@ -85,9 +73,7 @@ impl<'a> Source<'a> {
     /// It is the system's, or that of gzip data that is cut off or much too large.
     pub fn failed(&self, error: io::Error) -> Error {
         let inner = error.get_ref();
-        if inner.is_some_and(|inner| {
-            inner.is::<Full>() || inner.is::<Bomb>() || inner.is::<LongRow>() || inner.is::<NoUtf16>()
-        }) {
+        if inner.is_some_and(|inner| inner.is::<Full>() || inner.is::<Refusal>()) {
             return self.error(None, error.to_string());
         }
         match error.kind() {
@@ -106,6 +92,11 @@ impl<'a> Source<'a> {
     /// The error that there is no room for what the input holds.
     pub fn full(&self, full: Full) -> Error {
         self.error(None, full.to_string())
+    }
+
+    /// That a batch was read from here.
+    pub fn origin(&self) -> Origin {
+        Origin { file: Some(self.path.display().to_string()), ..Origin::default() }
     }
 
     /// Counts memory that other code allocates.
@@ -224,43 +215,11 @@ impl<R: Read> Read for Unpacked<R> {
         let count = self.inner.read(buffer)?;
         self.bytes += count as u64;
         match self.bytes > most_unpacked(self.packed.get()) {
-            true => Err(io::Error::other(Bomb)),
+            true => Err(io::Error::other(Refusal::Unpacked)),
             false => Ok(count),
         }
     }
 }
-
-/// Gzip data that unpacks to too much.
-#[derive(Debug)]
-struct Bomb;
-
-impl fmt::Display for Bomb {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "the gzip data unpacks to more than {UNPACKED_TIMES} times its size and {} MiB: if it is meant to, unpack it \
-             with gunzip and give the file itself",
-            UNPACKED_BYTES >> 20
-        )
-    }
-}
-
-impl std::error::Error for Bomb {}
-
-/// The most bytes in a row of a table. The longest names are far shorter.
-pub(super) const ROW_BYTES: u64 = 16 << 20;
-
-/// A row that does not end.
-#[derive(Debug)]
-pub(super) struct LongRow;
-
-impl fmt::Display for LongRow {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "a row is longer than {} MiB: end the rows, and close quotation marks", ROW_BYTES >> 20)
-    }
-}
-
-impl std::error::Error for LongRow {}
 
 /// Gives rows of bounded length. Code that has read a row sets `since_row` to 0.
 pub(super) struct RowReader<'c, R> {
@@ -273,7 +232,7 @@ impl<R: Read> Read for RowReader<'_, R> {
         let count = self.inner.read(buffer)?;
         let bytes = self.since_row.get() + count as u64;
         self.since_row.set(bytes);
-        if bytes > ROW_BYTES { Err(io::Error::other(LongRow)) } else { Ok(count) }
+        if bytes > ROW_BYTES { Err(io::Error::other(Refusal::Row)) } else { Ok(count) }
     }
 }
 
@@ -297,7 +256,7 @@ pub(super) fn read_line(
         bytes.extend_from_slice(&found[..count]);
         reader.consume(count);
         if (bytes.len() - before) as u64 > most_bytes {
-            return Err(io::Error::other(LongRow));
+            return Err(io::Error::other(Refusal::Row));
         }
         if end.is_some() || count == 0 {
             return Ok(bytes.len() - before);

@@ -17,16 +17,68 @@ use crate::io::source::Source;
 use crate::io::{ReadOptions, close, close_as_marked, longitude};
 use crate::ragged;
 
-/// One column of numbers: its cell, whether it may be blank, and its values.
-struct Numbers {
-    cell: usize,
-    optional: bool,
+/// Columns of one role, one for each axis of a vector, and their numbers row by row.
+struct Group {
+    cells: Vec<usize>,
+    blank: Blank,
     values: Vec<f64>,
 }
 
-impl Numbers {
-    fn new(cell: Option<usize>, optional: bool) -> Option<Self> {
-        cell.map(|cell| Numbers { cell, optional, values: Vec::new() })
+/// What a blank cell of a column means.
+#[derive(Clone, Copy)]
+enum Blank {
+    /// Nothing is given.
+    Free,
+    /// No component of the vector is given, or it is an error.
+    WholeVector,
+    /// The curve cannot be fitted.
+    Unfitted,
+    /// The same, unless the control point is unknown.
+    UnfittedIfKnown,
+    /// An error: cells hold 1 or 0, which mean this.
+    Flag(&'static str),
+}
+
+/// The roles of columns of numbers but `t`.
+const GROUPS: [(&[&str], Blank); 9] = [
+    (&["known"], Blank::Flag("1 for a given control point, 0 else")),
+    (&["pinned"], Blank::Flag("1 for a point that the curve goes through exactly, 0 else")),
+    (&["x", "y", "z"], Blank::UnfittedIfKnown),
+    (&["tx", "ty", "tz"], Blank::WholeVector),
+    (&["kx", "ky", "kz"], Blank::WholeVector),
+    (&["weight"], Blank::Unfitted),
+    (&["nu"], Blank::Free),
+    (&["kmax"], Blank::Free),
+    (&["corridor"], Blank::Free),
+];
+
+/// Places in [`GROUPS`].
+const KNOWN: usize = 0;
+const POINTS: usize = 2;
+
+impl Group {
+    /// Adds the cells of a row, whose control point is `known` (1, 0, or not said). Returns the first cell that is blank
+    /// if the curve cannot be fitted, and the remedy.
+    fn push(&mut self, row: &Cells, known: Option<f64>) -> Result<Option<(usize, &'static str)>> {
+        let (start, mut blank) = (self.values.len(), None);
+        for &cell in &self.cells {
+            let x = match self.blank {
+                Blank::Flag(meaning) => Some(f64::from(u8::from(row.flag(cell, meaning)?))),
+                _ => row.number(cell)?,
+            };
+            blank = blank.or(x.is_none().then_some(cell));
+            row.source.push(&mut self.values, x.unwrap_or(f64::NAN))?;
+        }
+        let why = match (self.blank, known) {
+            (Blank::WholeVector, _) => {
+                row.check_vector(&self.cells, &self.values[start..])?;
+                return Ok(None);
+            }
+            (Blank::Free | Blank::Flag(_), _) | (Blank::UnfittedIfKnown, Some(0.0)) => return Ok(None),
+            (Blank::UnfittedIfKnown, Some(_)) => ", but its point is known: fill it in, or write 0 in column known",
+            (Blank::Unfitted | Blank::UnfittedIfKnown, _) => ": fill it in, or remove the row",
+        };
+        Ok(blank.map(|cell| (cell, why)))
     }
 }
 
@@ -46,24 +98,14 @@ pub(super) struct Rows<'a> {
     current: usize,
     owners: Owners,
     longitude: bool,
-    dimension: usize,
-    /// Columns x, y, z, then those of tangents and curvature vectors, one column an axis.
-    coords: Vec<f64>,
-    axes: Vec<usize>,
-    vectors: [Vec<usize>; 2],
-    tangents: Vec<f64>,
-    curvatures: Vec<f64>,
-    t: Option<Numbers>,
+    /// The columns of [`GROUPS`].
+    groups: [Group; GROUPS.len()],
+    /// The cell of the parameter, and the parameters.
+    t: Option<(usize, Vec<f64>)>,
     /// How the times are written, if they are dates, and how those of every curve are.
     clock: Option<Clock>,
     clocks: Vec<Option<Clock>>,
-    weight: Option<Numbers>,
-    nu: Option<Numbers>,
-    kmax: Option<Numbers>,
-    corridor: Option<Numbers>,
-    known: Option<(usize, Vec<bool>)>,
-    pinned: Option<(usize, Vec<bool>)>,
-    /// One flag a curve.
+    /// One flag per curve.
     closed: Option<(usize, Vec<bool>)>,
     /// The first point of a curve with a cell that must not be blank, and what to do.
     blanks: BTreeMap<usize, (usize, String)>,
@@ -86,8 +128,10 @@ impl<'a> Rows<'a> {
         dialect: Dialect,
         carried: Vec<(usize, &str, Between)>,
     ) -> Self {
-        let cells = |names: [&str; 3]| names.iter().filter_map(|name| table.cell(name)).collect::<Vec<_>>();
-        let axes = cells(["x", "y", "z"]);
+        let group = |(roles, blank): (&[&str], Blank)| {
+            let cells = roles.iter().filter_map(|role| table.cell(role)).collect();
+            Group { cells, blank, values: Vec::new() }
+        };
         Rows {
             source,
             header,
@@ -96,26 +140,15 @@ impl<'a> Rows<'a> {
             current: 0,
             owners: Owners::default(),
             longitude: table.longitude,
-            dimension: axes.len(),
-            coords: Vec::new(),
-            axes,
-            vectors: [cells(["tx", "ty", "tz"]), cells(["kx", "ky", "kz"])],
-            tangents: Vec::new(),
-            curvatures: Vec::new(),
-            t: Numbers::new(table.cell("t"), false),
+            groups: GROUPS.map(group),
+            t: table.cell("t").map(|cell| (cell, Vec::new())),
             clock: None,
-            carried: carried.into_iter().map(|(cell, name, between)| CarriedCells::new(name, cell, between)).collect(),
-            weight: Numbers::new(table.cell("weight"), false),
-            nu: Numbers::new(table.cell("nu"), true),
-            kmax: Numbers::new(table.cell("kmax"), true),
-            corridor: Numbers::new(table.cell("corridor"), true),
-            known: table.cell("known").map(|cell| (cell, Vec::new())),
-            pinned: table.cell("pinned").map(|cell| (cell, Vec::new())),
+            clocks: Vec::new(),
             closed: table.cell("closed").map(|cell| (cell, Vec::new())),
             blanks: BTreeMap::new(),
-            clocks: Vec::new(),
             timeless: BTreeMap::new(),
             names: Vec::new(),
+            carried: carried.into_iter().map(|(cell, name, between)| CarriedCells::new(name, cell, between)).collect(),
             curves: HashMap::new(),
             lines: Vec::new(),
             passes_status: table.passes_status,
@@ -124,64 +157,37 @@ impl<'a> Rows<'a> {
 
     pub fn push(&mut self, record: &ByteRecord, line: u64) -> Result<()> {
         self.begin_or_go_on(record, line)?;
-        let cells = Cells { record, line, source: self.source, header: self.header, dialect: self.dialect };
-        let flag = "1 for a given control point, 0 else";
-        let known = self.known.as_ref().map(|(cell, _)| cells.flag(*cell, flag)).transpose()?;
-        let pinned = "1 for a point that the curve goes through exactly, 0 else";
-        let pinned = self.pinned.as_ref().map(|(cell, _)| cells.flag(*cell, pinned)).transpose()?;
-        let closed = "1 in all rows of a closed curve, 0 else";
-        let closed = self.closed.as_ref().map(|(cell, _)| cells.flag(*cell, closed)).transpose()?;
+        let row = Cells { record, line, source: self.source, header: self.header, dialect: self.dialect };
         let curve = self.current;
         let point = self.owners.counts[curve];
         self.owners.push(curve);
         let mut blank = None;
-        for &cell in &self.axes {
-            let x = cells.number(cell)?;
-            if x.is_none() && known != Some(false) {
-                blank.get_or_insert((cell, known));
-            }
-            self.source.push(&mut self.coords, x.unwrap_or(f64::NAN))?;
+        for k in 0..GROUPS.len() {
+            let known = self.groups[KNOWN].values.last().copied();
+            blank = blank.or(self.groups[k].push(&row, known)?);
         }
-        for (cells_of, values) in self.vectors.iter().zip([&mut self.tangents, &mut self.curvatures]) {
-            cells.vector(cells_of, values)?;
-        }
-        if let Some(t) = &mut self.t {
+        if let Some((cell, values)) = &mut self.t {
             self.clocks.resize(self.names.len(), None);
-            let x = cells.time(t, &mut self.clock, &mut self.clocks[curve])?;
+            let x = row.time(*cell, values, &mut self.clock, &mut self.clocks[curve])?;
             if x.is_none() {
                 self.timeless.entry(curve).or_insert(point);
             }
-            self.source.push(&mut t.values, x.unwrap_or(f64::NAN))?;
-        }
-        for column in [&mut self.weight, &mut self.nu, &mut self.kmax, &mut self.corridor].into_iter().flatten() {
-            let x = cells.number(column.cell)?;
-            if x.is_none() && !column.optional {
-                blank.get_or_insert((column.cell, None));
-            }
-            self.source.push(&mut column.values, x.unwrap_or(f64::NAN))?;
+            self.source.push(values, x.unwrap_or(f64::NAN))?;
         }
         for column in &mut self.carried {
             column.push(self.source, record, line)?;
         }
-        if let Some((cell, known)) = blank {
-            let why = match known {
-                Some(_) => ", but its point is known: fill it in, or write 0 in column known",
-                None => ": fill it in, or remove the row",
-            };
+        if let Some((cell, why)) = blank {
             let what = || (point, format!("column {} is blank{why}", quoted(&self.header[cell])));
             self.blanks.entry(curve).or_insert_with(what);
         }
-        for (column, flag) in [(&mut self.known, known), (&mut self.pinned, pinned)] {
-            if let (Some((_, flags)), Some(flag)) = (column, flag) {
-                self.source.push(flags, flag)?;
-            }
-        }
-        if let (Some((cell, flags)), Some(closed)) = (&mut self.closed, closed) {
+        if let Some((cell, flags)) = &mut self.closed {
+            let closed = row.flag(*cell, "1 in all rows of a closed curve, 0 else")?;
             if flags.len() == curve {
                 flags.push(closed);
             } else if flags[curve] != closed {
                 let (first, why) = (self.lines[curve].0, "give all rows of a curve the same");
-                return Err(cells.wrong(*cell, &format!("but line {first}, of the same curve, holds the other: {why}")));
+                return Err(row.wrong(*cell, &format!("but line {first}, of the same curve, holds the other: {why}")));
             }
         }
         Ok(())
@@ -201,7 +207,7 @@ impl<'a> Rows<'a> {
         if let Some(&earlier) = self.curves.get(name) {
             // From now on rows of the file are no longer curve by curve.
             if !self.owners.is_mixed() {
-                self.source.take(OWNER_BYTES * self.coords.len() / self.dimension)?;
+                self.source.take(OWNER_BYTES * self.owners.counts.iter().sum::<usize>())?;
             }
             self.source.take(OWNER_BYTES)?;
             self.owners.mix();
@@ -219,38 +225,23 @@ impl<'a> Rows<'a> {
         Ok(())
     }
 
-    /// Brings all columns into another order of rows.
-    fn arrange(&mut self, order: &[usize]) {
-        let d = self.dimension;
-        arranged(&mut self.coords, d, order);
-        for vectors in [&mut self.tangents, &mut self.curvatures].into_iter().filter(|vectors| !vectors.is_empty()) {
-            arranged(vectors, d, order);
-        }
-        for column in
-            [&mut self.t, &mut self.weight, &mut self.nu, &mut self.kmax, &mut self.corridor].into_iter().flatten()
-        {
-            arranged(&mut column.values, 1, order);
-        }
-        for (_, flags) in [&mut self.known, &mut self.pinned].into_iter().flatten() {
-            arranged(flags, 1, order);
-        }
-    }
-
     pub fn finish(mut self, options: &ReadOptions) -> Result<CurveBatch> {
-        let d = self.dimension;
         let offsets = ragged::offsets(self.owners.counts.iter().copied());
-        let t = self.t.as_ref().filter(|_| options.sorted).map(|t| &t.values[..]);
+        let t = self.t.as_ref().filter(|_| options.sorted).map(|(_, t)| &t[..]);
         let order = self.owners.order(t);
         if let Some(order) = &order {
-            self.arrange(order);
+            for group in self.groups.iter_mut().filter(|group| !group.cells.is_empty()) {
+                arranged(&mut group.values, group.cells.len(), order);
+            }
+            self.t.iter_mut().for_each(|(_, t)| arranged(t, 1, order));
         }
         let finish =
             |column: CarriedCells| column.finish(self.source, order.as_deref(), &self.owners.counts, self.dialect);
         for (curve, point) in std::mem::take(&mut self.timeless) {
-            let Some(t) = self.t.as_ref() else { break };
-            let has_none = t.values[offsets[curve]..offsets[curve + 1]].iter().all(|t| t.is_nan());
+            let Some((cell, t)) = &self.t else { break };
+            let has_none = t[offsets[curve]..offsets[curve + 1]].iter().all(|t| t.is_nan());
             if !has_none && self.blanks.get(&curve).is_none_or(|(first, _)| point < *first) {
-                let what = format!("column {} is blank: fill it in, or remove the row", quoted(&self.header[t.cell]));
+                let what = format!("column {} is blank: fill it in, or remove the row", quoted(&self.header[*cell]));
                 self.blanks.insert(curve, (point, what));
             }
         }
@@ -261,44 +252,35 @@ impl<'a> Rows<'a> {
             let ((first, last), count) = (self.lines[i], self.owners.counts[i]);
             (!options.sorted && last.saturating_sub(first) + 1 == count as u64).then_some(first)
         };
-        let mut origin = Origin {
-            file: Some(self.source.path.display().to_string()),
+        let d = self.groups[POINTS].cells.len();
+        let values = self.groups.map(|group| (!group.values.is_empty()).then_some(group.values));
+        let [known, pinned, coords, tangents, curvatures, weights, exponents, largest_curvatures, corridors] = values;
+        let mut coords = coords.unwrap_or_default();
+        let within_half_turn = coords.iter().step_by(d).all(|&x| longitude::within_half_turn(x));
+        let geographic = self.longitude && longitude::are_geographic(&coords, d);
+        let (unwrapped, round_pole) = match self.longitude {
+            true => longitude::unwrap(&mut coords, d, &offsets),
+            false => Default::default(),
+        };
+        let origin = Origin {
             first_lines: Some((0..self.names.len()).map(first_line).collect()),
             names: self.curve.map(|_| self.names),
             clock: self.clock,
             clocks: self.clock.and_then(|clock| clock.each_own(&self.clocks)),
             notes: self.passes_status.then(|| "column status passed over".into()).into_iter().collect(),
-            geographic: self.longitude && longitude::are_geographic(&self.coords, d),
-            ..Origin::default()
+            geographic,
+            within_half_turn,
+            unwrapped,
+            ..self.source.origin()
         };
-        origin.within_half_turn = self.coords.iter().step_by(d).all(|&x| longitude::within_half_turn(x));
-        for i in 0..offsets.len() - 1 {
-            let points = &mut self.coords[offsets[i] * d..offsets[i + 1] * d];
-            if self.longitude
-                && longitude::is_geographic(points, d)
-                && let Some(turns) = longitude::turns(points, d)
-            {
-                let ring = points[..d] == points[points.len() - d..];
-                if ring && longitude::winds(&turns) {
-                    origin.round_pole.push(i);
-                }
-                longitude::apply(points, d, &turns);
-                origin.unwrapped.push(i);
-            }
+        let mut batch = CurveBatch::from_file(d, coords, offsets, Arc::new(origin))?;
+        if let Some((_, t)) = self.t {
+            batch = batch.with_parameters(t)?;
         }
-        let round_pole = origin.round_pole.clone();
-        let mut batch = CurveBatch::from_file(d, self.coords, offsets, Arc::new(origin))?;
-        if let Some(t) = self.t {
-            batch = batch.with_parameters(t.values)?;
+        if let Some(weights) = weights {
+            batch = batch.with_weights(weights)?;
         }
-        if let Some(weight) = self.weight {
-            batch = batch.with_weights(weight.values)?;
-        }
-        let [tangents, curvatures] =
-            [self.tangents, self.curvatures].map(|vectors| Some(vectors).filter(|v| !v.is_empty()));
-        let [known, pinned] = [self.known, self.pinned].map(|column| column.map(|(_, flags)| flags));
-        let [exponents, largest_curvatures, corridors] =
-            [self.nu, self.kmax, self.corridor].map(|column| column.map(|column| column.values));
+        let [known, pinned] = [known, pinned].map(|flags| Some(flags?.into_iter().map(|flag| flag == 1.0).collect()));
         let constraints = Constraints { tangents, curvatures, exponents, known, pinned, largest_curvatures, corridors };
         batch = batch.with_constraints(constraints)?;
         batch = batch.with_columns(columns)?;
@@ -307,10 +289,7 @@ impl<'a> Rows<'a> {
         }
         match self.closed {
             Some((_, flags)) => close_as_marked(batch, options.closed, flags),
-            None => {
-                let marked = vec![false; batch.len()];
-                close(batch, options.closed, &marked, &round_pole)
-            }
+            None => close(batch, options.closed, &[], &round_pole),
         }
     }
 }
@@ -332,9 +311,14 @@ impl Cells<'_> {
     }
 
     /// The time in a cell: a number, or a date as in the rows before, of all curves and of its own.
-    fn time(&self, column: &Numbers, clock: &mut Option<Clock>, own: &mut Option<Clock>) -> Result<Option<f64>> {
-        let cell = column.cell;
-        let none_before = || column.values.iter().all(|t| t.is_nan());
+    fn time(
+        &self,
+        cell: usize,
+        before: &[f64],
+        clock: &mut Option<Clock>,
+        own: &mut Option<Clock>,
+    ) -> Result<Option<f64>> {
+        let none_before = || before.iter().all(|t| t.is_nan());
         match (self.dialect.number(&self.record[cell]), &clock) {
             (Ok(None), _) => Ok(None),
             (Ok(number), None) => Ok(number),
@@ -365,18 +349,14 @@ impl Cells<'_> {
         }
     }
 
-    /// A tangent or curvature vector: all of its components, or none.
-    fn vector(&self, cells: &[usize], values: &mut Vec<f64>) -> Result<()> {
-        let start = values.len();
-        for &cell in cells {
-            self.source.push(values, self.number(cell)?.unwrap_or(f64::NAN))?;
+    /// Refuses a vector that has some of its components only.
+    fn check_vector(&self, cells: &[usize], values: &[f64]) -> Result<()> {
+        match values.iter().position(|x| x.is_nan()) {
+            Some(blank) if !values.iter().all(|x| x.is_nan()) => {
+                Err(self.wrong(cells[blank], "but its vector has other components: give all of them, or none"))
+            }
+            _ => Ok(()),
         }
-        let free = values[start..].iter().filter(|x| x.is_nan()).count();
-        if free > 0 && free < cells.len() {
-            let cell = cells[values[start..].iter().position(|x| x.is_nan()).expect("counted above")];
-            return Err(self.wrong(cell, "but its vector has other components: give all of them, or none"));
-        }
-        Ok(())
     }
 
     fn wrong(&self, cell: usize, why: &str) -> Error {

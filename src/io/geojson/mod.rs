@@ -18,22 +18,14 @@ pub(super) use read::read;
 pub(super) use write::{fills, holds, is_own, objects, write_with};
 
 pub(super) const ENTRY: Entry = Entry {
-    word: "geojson",
     extensions: &["json"],
-    title: "GeoJSON",
     reads: "lines, rings and polygons",
     writes: "the same document with new coordinates",
     lacks: LACKS,
-    dimensions: 2..=3,
-    beziers: false,
-    columns: false,
     statuses: true,
     fills: write::fills,
     parameters: true,
-    read,
-    write: |out, batch, options, _| write::write(out, batch, options),
-    write_file: None,
-    check: |_| Ok(()),
+    ..Entry::new("geojson", "GeoJSON", read, |out, batch, options, _| write::write(out, batch, options))
 };
 
 /// What a document without a curve lacks.

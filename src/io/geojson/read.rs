@@ -1,7 +1,6 @@
 //! Reading in two passes. The first finds the members of every object and checks the syntax. The
 //! second reads coordinates.
 
-use std::collections::HashSet;
 use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
@@ -15,7 +14,7 @@ use crate::batch::CurveBatch;
 use crate::batch::Origin;
 use crate::error::{Error, Result, quoted, shortened};
 use crate::io::source::Source;
-use crate::io::{ReadOptions, close, longitude, topojson};
+use crate::io::{ReadOptions, close, counted, grouped_names, longitude, part, topojson};
 use crate::sort;
 
 /// An upper bound of the memory that a comma or an opening bracket stands for.
@@ -405,9 +404,8 @@ impl<'a> Reader<'a> {
         let (dimension, coords, flat) = self.lines.interleave(options.columns.drops("z"));
         let names = self.names();
         let note_of_flat = flat.first().map(|&first| {
-            let have = if flat.len() == 1 { "line has" } else { "lines have" };
-            let name = shortened(&names[first]);
-            format!("{} {have} no altitudes, such as {name}: 0 is taken, and not written in GeoJSON", flat.len())
+            let (have, name) = (counted(flat.len(), "line has", "lines have"), shortened(&names[first]));
+            format!("{have} no altitudes, such as {name}: 0 is taken, and not written in GeoJSON")
         });
         // The curve and the point of it, since frames of the map move what follows.
         let lacking: Vec<(usize, usize)> = self.lines.lacking.iter().map(|&point| self.lines.locate(point)).collect();
@@ -431,15 +429,13 @@ impl<'a> Reader<'a> {
         let notes = self.note_of_frames().into_iter().chain(note_of_flat).collect();
         let origin = Origin {
             within_half_turn: self.within_half_turn,
-            file: Some(self.source.path.display().to_string()),
             names: Some(names),
             unwrapped: self.unwrapped,
             is_map: self.rings.contains(&true),
             geographic: self.geographic && longitude::are_geographic(&coords, dimension),
-            round_pole: self.round_pole.clone(),
             document: Some(Arc::new(document)),
             notes,
-            ..Origin::default()
+            ..self.source.origin()
         };
         let mut batch = CurveBatch::from_file(dimension, coords, self.lines.offsets, Arc::new(origin))?;
         for (i, point) in sunk {
@@ -473,13 +469,9 @@ impl<'a> Reader<'a> {
     }
 
     fn note_of_frames(&self) -> Option<String> {
-        let count = self.framed.len();
-        (count > 0).then(|| {
-            let (rings, wind) = if count == 1 { ("ring", "winds") } else { ("rings", "wind") };
-            format!(
-                "{count} {rings} that {wind} round a pole: closed along ±180 degrees of longitude and over the pole"
-            )
-        })
+        let rings = counted(self.framed.len(), "ring that winds", "rings that wind");
+        let note = format!("{rings} round a pole: closed along ±180 degrees of longitude and over the pole");
+        (!self.framed.is_empty()).then_some(note)
     }
 
     /// Names of the curves: the features' properties `curve` if they tell all features apart, else
@@ -488,19 +480,9 @@ impl<'a> Reader<'a> {
     /// If a feature has several curves, `/part` is added.
     fn names(&self) -> Vec<String> {
         let ends = self.features.iter().skip(1).map(|(first, _)| *first).chain([self.rings.len()]);
-        let holding: Vec<_> = self.features.iter().zip(ends).enumerate().collect();
-        let holding = holding.iter().filter(|(_, ((first, _), end))| end > first);
-        let mut seen = HashSet::new();
-        let named = holding.clone().all(|(_, ((_, name), _))| name.as_ref().is_some_and(|name| seen.insert(name)));
-        let mut names = Vec::with_capacity(self.rings.len());
-        for (number, ((first, name), end)) in holding {
-            let name = name.clone().filter(|_| named).unwrap_or_else(|| number.to_string());
-            match end - first {
-                1 => names.push(name),
-                parts => names.extend((0..parts).map(|part| format!("{name}/{part}"))),
-            }
-        }
-        names
+        let groups = self.features.iter().zip(ends).enumerate();
+        let groups = groups.map(|(number, ((first, name), end))| (number, name.as_ref(), end - first));
+        grouped_names(&groups.filter(|(.., count)| *count > 0).collect::<Vec<_>>(), part)
     }
 }
 

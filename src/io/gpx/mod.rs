@@ -11,22 +11,13 @@ use super::formats::Entry;
 use crate::batch::{Column, CurveBatch, Values};
 
 pub(super) const ENTRY: Entry = Entry {
-    word: "gpx",
-    extensions: &[],
-    title: "GPX",
     reads: "tracks and routes with times, elevations and other numbers of points",
     writes: "the same file with new points, or a track a curve",
     lacks: "there is no track and no route with points",
     dimensions: 2..=2,
-    beziers: false,
-    columns: false,
-    statuses: false,
     fills: |batch| document(batch).is_some(),
     parameters: true,
-    read: read::read,
-    write: |out, batch, options, _| write::write(out, batch, options),
-    write_file: None,
-    check: |_| Ok(()),
+    ..Entry::new("gpx", "GPX", read::read, |out, batch, options, _| write::write(out, batch, options))
 };
 
 /// The column of elevations.

@@ -1,6 +1,6 @@
 //! Reading: every segment of a track, and every route, is a curve.
 
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::batch::{Clock, Column, CurveBatch, Origin, Values};
 use crate::error::{Result, listed, quoted, shortened};
 use crate::io::columns::Between;
 use crate::io::source::Source;
-use crate::io::{ReadOptions, close_as_marked, longitude, xml};
+use crate::io::{ReadOptions, close_as_marked, counted, grouped_names, longitude, xml};
 
 pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
     let text = source.text()?;
@@ -22,7 +22,9 @@ pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBa
         return Err(source.error(None, format!("the document is <{name}>, and must be <gpx>: give a GPX file")));
     }
     let mut points = Points::new(source, &text);
-    let (mut offsets, mut tracks, mut edits) = (vec![0], Tracks { of: vec![], names: vec![] }, vec![]);
+    let (mut offsets, mut edits) = (vec![0], vec![]);
+    // The name and the number of curves of every track.
+    let mut tracks: Vec<(Option<String>, usize)> = vec![];
     let mut waypoints = 0;
     for node in root.children() {
         let (segment, point) = match node.tag_name().name() {
@@ -38,52 +40,48 @@ pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBa
                 continue;
             }
         };
-        tracks.names.push(child(node, "name").and_then(|name| name.text()).map(|name| name.trim().to_string()));
+        let name = child(node, "name").and_then(|name| name.text()).map(|name| name.trim().to_string());
+        let first = offsets.len() - 1;
         // A route is its own segment.
         for segment in node.descendants().filter(|node| node.tag_name().name() == segment) {
             let mut range: Option<Range<usize>> = None;
             for node in segment.children().filter(|node| node.tag_name().name() == point) {
-                points.add(node, tracks.of.len())?;
+                points.add(node, offsets.len() - 1)?;
                 range = Some(range.map_or(node.range().start, |range| range.start)..node.range().end);
             }
             if let Some(range) = range {
                 let name = qualified(&text[range.start..]);
-                edits.push((range, Edit::Points(tracks.of.len(), name.into())));
+                edits.push((range, Edit::Points(offsets.len() - 1, name.into())));
             }
             offsets.push(points.coords.len() / 2);
-            tracks.of.push(tracks.names.len() - 1);
         }
+        tracks.push((name, offsets.len() - 1 - first));
     }
-    let names = tracks.curves();
+    let curves = offsets.len() - 1;
+    let groups = tracks.iter().enumerate().map(|(number, (name, count))| (number, name.as_ref(), *count));
+    let names = grouped_names(&groups.collect::<Vec<_>>(), |track, k| format!("{track}.{}", k + 1));
     let mut notes = points.notes(waypoints);
     notes.extend(points.whole_times(&offsets, &names));
     let (columns, values) = points.columns()?;
     let Points { mut coords, times, clock, mut clocks, misplaced, .. } = points;
-    clocks.resize(tracks.of.len(), None);
+    clocks.resize(curves, None);
     let clock = clock.filter(|_| times.iter().any(|t| !t.is_nan()));
     // Where entities make elements, their places are others.
     let in_order = edits.windows(2).all(|pair| pair[0].0.end <= pair[1].0.start);
-    let document = in_order.then(|| Document { text: text.clone(), edits, values, curves: tracks.of.len() });
-    let mut origin = Origin {
-        file: Some(source.path.display().to_string()),
+    let document = in_order.then(|| Document { text: text.clone(), edits, values, curves });
+    let within_half_turn = coords.iter().step_by(2).all(|&x| longitude::within_half_turn(x));
+    let (unwrapped, _) = longitude::unwrap(&mut coords, 2, &offsets);
+    let origin = Origin {
         names: Some(names),
         clock,
         clocks: clock.and_then(|clock| clock.each_own(&clocks)),
-        within_half_turn: coords.iter().step_by(2).all(|&x| longitude::within_half_turn(x)),
+        within_half_turn,
+        unwrapped,
         geographic: true,
         notes,
         document: document.map(|document| Arc::new(document) as _),
-        ..Origin::default()
+        ..source.origin()
     };
-    for i in 0..offsets.len() - 1 {
-        let points = &mut coords[2 * offsets[i]..2 * offsets[i + 1]];
-        if longitude::is_geographic(points, 2)
-            && let Some(turns) = longitude::turns(points, 2)
-        {
-            longitude::apply(points, 2, &turns);
-            origin.unwrapped.push(i);
-        }
-    }
     let batch = CurveBatch::from_file(2, coords, offsets, Arc::new(origin))?;
     let mut batch = batch.with_parameters(times)?.with_columns(columns)?;
     // The first of a curve is said.
@@ -91,33 +89,7 @@ pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBa
         let i = batch.offsets().partition_point(|offset| offset <= point) - 1;
         batch.refuse(i, point - batch.offsets()[i], what);
     }
-    let open = vec![false; batch.len()];
-    close_as_marked(batch, options.closed, open)
-}
-
-/// The tracks that were read.
-struct Tracks {
-    /// The number of the track of every curve.
-    of: Vec<usize>,
-    names: Vec<Option<String>>,
-}
-
-impl Tracks {
-    /// Names of the curves: those of the tracks, with the number of the segment where there are several.
-    /// Where tracks share a name, or have none, their numbers.
-    fn curves(&self) -> Vec<String> {
-        let mut seen = HashSet::new();
-        let named = self.names.iter().all(|name| name.as_ref().is_some_and(|name| seen.insert(name)));
-        let mut parts = vec![0; self.names.len()];
-        let mut segments = vec![0; self.names.len()];
-        self.of.iter().for_each(|&track| segments[track] += 1);
-        let name = |&track: &usize| {
-            parts[track] += 1;
-            let name = self.names[track].clone().filter(|_| named).unwrap_or_else(|| track.to_string());
-            if segments[track] > 1 { format!("{name}.{}", parts[track]) } else { name }
-        };
-        self.of.iter().map(name).collect()
-    }
+    close_as_marked(batch, options.closed, vec![])
 }
 
 /// Points as they are read. What they lack is NaN.
@@ -307,11 +279,6 @@ fn qualified(text: &str) -> &str {
 /// The last name of a path, without its prefix.
 fn local(path: &str) -> &str {
     path.rsplit(['/', ':']).next().unwrap_or(path)
-}
-
-/// "1 curve has", "2 curves have".
-fn counted(count: usize, one: &str, more: &str) -> String {
-    format!("{count} {}", if count == 1 { one } else { more })
 }
 
 fn child<'a, 't>(node: Node<'a, 't>, name: &str) -> Option<Node<'a, 't>> {

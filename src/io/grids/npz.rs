@@ -2,8 +2,8 @@
 
 use std::io::{self, Cursor, Write};
 
-use super::super::npy::{Order, numbers};
-use super::super::npz::{Archive, Array, Place, array, arrays, tuple, zip_into};
+use super::super::npy::numbers;
+use super::super::npz::{Archive, Place, arrays, tuple, zip_into};
 use super::super::source::Source;
 use crate::error::Result;
 use crate::grids::Grids;
@@ -50,7 +50,7 @@ fn one_shape(archive: &mut Archive) -> Result<Grids> {
             tuple(&array.shape)
         )));
     }
-    Grids::uniform(dimension as usize, [rows as usize, columns as usize], by_rows(array))
+    Grids::uniform(dimension as usize, [rows as usize, columns as usize], array.into_rows())
 }
 
 fn several_shapes(archive: &mut Archive, keys: &[String]) -> Result<Grids> {
@@ -78,28 +78,9 @@ fn several_shapes(archive: &mut Archive, keys: &[String]) -> Result<Grids> {
         }
         shapes.push([rows as usize, columns as usize]);
         archive.grow(&mut values, array.values.len())?;
-        values.extend(by_rows(array));
+        values.extend(array.into_rows());
     }
     Grids::new(dimension.unwrap_or(1) as usize, shapes, values)
-}
-
-/// The values with the last axis running fastest, however they were stored.
-fn by_rows(array: Array<f64>) -> Vec<f64> {
-    if array.order == Order::C {
-        return array.values;
-    }
-    let shape: Vec<usize> = array.shape.iter().map(|&length| length as usize).collect();
-    let at = |mut index: usize| {
-        // The place in the other order, digit by digit, the last axis first.
-        let mut stride: usize = array.values.len();
-        shape.iter().rev().fold(0, |place, &length| {
-            stride /= length;
-            let digit = index % length;
-            index /= length;
-            place + digit * stride
-        })
-    };
-    (0..array.values.len()).map(|index| array.values[at(index)]).collect()
 }
 
 /// Writes an archive through memory, to an output that cannot seek.
@@ -119,10 +100,10 @@ pub(super) fn write_seekable(out: &mut dyn Place, grids: &Grids) -> io::Result<(
     };
     if grids.shapes().windows(2).all(|pair| pair[0] == pair[1]) && grids.total_points() > 0 {
         let shape: Vec<u64> = [grids.len() as u64].into_iter().chain(shape(0)).collect();
-        array(&mut zip, KEY, "<f8", &shape, grids.values().iter().copied())?;
+        zip.floats(KEY, &shape, grids.values().iter().copied())?;
     } else {
         for i in 0..grids.len() {
-            array(&mut zip, &format!("{KEY}_{i}"), "<f8", &shape(i), grids.grid(i).iter().copied())?;
+            zip.floats(&format!("{KEY}_{i}"), &shape(i), grids.grid(i).iter().copied())?;
         }
     }
     zip.finish()

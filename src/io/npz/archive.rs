@@ -8,9 +8,13 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipArchive, ZipWriter};
 
 use crate::error::{Error, Result, listed, shortened};
+use crate::io::limits::{UNPACKED_BYTES, UNPACKED_TIMES, most_unpacked};
 use crate::io::memory::{Full, Room};
-use crate::io::npy::{self, Element, Elements, Header, Order};
-use crate::io::source::{Source, UNPACKED_BYTES, UNPACKED_TIMES, most_unpacked};
+use crate::io::npy::{self, Array, Elements, Header, padded};
+use crate::io::source::Source;
+
+/// Reads the values of an array, if they are of the type wanted.
+pub(in crate::io) type ReadValues<T> = fn(Elements, &Room) -> io::Result<Option<Vec<T>>>;
 
 /// An archive in memory, and the file that it was.
 pub(in crate::io) struct Archive<'a> {
@@ -62,14 +66,10 @@ impl<'a> Archive<'a> {
         self.source.error(None, message)
     }
 
-    /// One array: its shape, whether it is stored column after column, and its values.
+    /// One array, if the archive has it.
     ///
     /// All of it is read, so that its checksum is compared.
-    pub(in crate::io) fn array<T>(
-        &mut self,
-        key: &str,
-        values: fn(Elements, &Room) -> io::Result<Option<Vec<T>>>,
-    ) -> Result<Option<Array<T>>> {
+    pub(in crate::io) fn array<T>(&mut self, key: &str, values: ReadValues<T>) -> Result<Option<Array<T>>> {
         let Some(number) = self.zip.index_for_name(&file_name(key)) else { return Ok(None) };
         let (source, name) = (self.source, shortened(key));
         let wrong = |message: String| source.error(None, format!("array {name} {message}"));
@@ -115,13 +115,6 @@ impl<'a> Archive<'a> {
             _ => Err(wrong(format!("has the shape {}, but holds more: write the file again", tuple(&header.shape)))),
         }
     }
-}
-
-/// The content of one array.
-pub(in crate::io) struct Array<T> {
-    pub shape: Vec<u64>,
-    pub order: Order,
-    pub values: Vec<T>,
 }
 
 /// A shape as NumPy writes it.
@@ -182,6 +175,46 @@ pub(in crate::io) struct Zip<'a> {
 }
 
 impl Zip<'_> {
+    /// Writes an array of numbers.
+    pub fn floats(&mut self, key: &str, shape: &[u64], numbers: impl Iterator<Item = f64>) -> io::Result<()> {
+        self.array(key, "<f8", shape, numbers.map(f64::to_le_bytes))
+    }
+
+    /// Writes a list of integers.
+    pub fn integers(&mut self, key: &str, length: u64, integers: impl Iterator<Item = usize>) -> io::Result<()> {
+        self.array(key, "<i8", &[length], integers.map(|integer| (integer as i64).to_le_bytes()))
+    }
+
+    /// Writes a list of booleans.
+    pub fn flags(&mut self, key: &str, length: u64, flags: impl Iterator<Item = bool>) -> io::Result<()> {
+        self.array(key, "|b1", &[length], flags.map(|flag| [u8::from(flag)]))
+    }
+
+    /// Writes a list of texts.
+    pub fn texts(&mut self, key: &str, texts: &[impl AsRef<str>]) -> io::Result<()> {
+        let longest = texts.iter().map(|text| text.as_ref().chars().count()).max().unwrap_or(0).max(1);
+        let elements = texts.iter().map(|text| padded(text.as_ref(), longest));
+        self.array(key, &format!("<U{longest}"), &[texts.len() as u64], elements)
+    }
+
+    /// Writes an array of a type as NumPy names it.
+    fn array<B: AsRef<[u8]>>(
+        &mut self,
+        key: &str,
+        kind: &str,
+        shape: &[u64],
+        elements: impl Iterator<Item = B>,
+    ) -> io::Result<()> {
+        // Names are the widest elements, and check_names bounds them.
+        let bytes = shape.iter().product::<u64>().saturating_mul(8);
+        let options = SimpleFileOptions::default()
+            .compression_method(CompressionMethod::Stored)
+            .last_modified_time(DateTime::default())
+            .large_file(bytes > u64::from(u32::MAX) - 4096);
+        self.archive.start_file(file_name(key), options)?;
+        npy::write(&mut self.archive, kind, shape, elements)
+    }
+
     /// Ends the archive.
     ///
     /// # Errors
@@ -248,26 +281,4 @@ pub(in crate::io) fn zip_into(out: &mut dyn Place) -> Zip<'_> {
     let failure = Rc::default();
     let out = Kept { out: BufWriter::with_capacity(1 << 16, out), failure: Rc::clone(&failure), at: 0, end: 0 };
     Zip { archive: ZipWriter::new(out), failure }
-}
-
-/// Writes one array of a type as NumPy names it.
-pub(in crate::io) fn array<E: Element>(
-    zip: &mut Zip,
-    key: &str,
-    kind: &str,
-    shape: &[u64],
-    elements: impl Iterator<Item = E>,
-) -> io::Result<()> {
-    begin(&mut zip.archive, key, shape)?;
-    npy::write(&mut zip.archive, kind, shape, elements)
-}
-
-fn begin(zip: &mut ZipWriter<Kept>, key: &str, shape: &[u64]) -> io::Result<()> {
-    // Names are the widest elements, and check_names bounds them.
-    let bytes = shape.iter().product::<u64>().saturating_mul(8);
-    let options = SimpleFileOptions::default()
-        .compression_method(CompressionMethod::Stored)
-        .last_modified_time(DateTime::default())
-        .large_file(bytes > u64::from(u32::MAX) - 4096);
-    Ok(zip.start_file(file_name(key), options)?)
 }

@@ -15,13 +15,14 @@ use std::sync::Arc;
 use super::antimeridian::{self, wrapped};
 use super::columns::{Between, STATUS};
 use super::formats::Entry;
-use super::npy::{Order, Padded, integers, numbers, texts};
+use super::npy::{integers, numbers, texts};
 use super::source::Source;
 use super::{Antimeridian, ReadOptions, WriteOptions, close, close_as_marked, free_names};
 use crate::batch::{Column, CurveBatch, Origin, Values};
 use crate::constraint::Constraints;
 use crate::error::{Error, Result};
-pub(super) use archive::{Archive, Array, Place, array, arrays, tuple, zip_into};
+use archive::ReadValues;
+pub(super) use archive::{Archive, Place, arrays, tuple, zip_into};
 
 const KEYS: [&str; 7] = ["coords", "offsets", "t", "weight", "known", "closed", "names"];
 
@@ -33,22 +34,16 @@ const LENGTHS: &str = "lengths";
 struct Streamlines;
 
 pub(super) const ENTRY: Entry = Entry {
-    word: "npz",
-    extensions: &[],
-    title: "NPZ",
     reads: "`coords` (N, d), `offsets` (B + 1), optional `t`, `weight`, `known`, `closed`, `names`; or nibabel's `data`, `offsets`, `lengths`",
     writes: "the same, and columns",
     lacks: "offsets has one entry, and needs one more than there are curves",
-    dimensions: 2..=3,
     beziers: true,
     columns: true,
     statuses: true,
-    fills: |_| false,
     parameters: true,
-    read,
-    write: |out, batch, options, _| write(out, batch, options),
     write_file: Some(|file, batch, options| write_seekable(file, batch, options)),
     check: check_names,
+    ..Entry::new("npz", "NPZ", read, |out, batch, options, _| write(out, batch, options))
 };
 
 /// Reads an archive.
@@ -62,11 +57,11 @@ fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
     };
     let points = coords.len() / dimension;
     let curves = offsets.len().saturating_sub(1);
-    let names = archive.names(curves)?;
-    let t = archive.floats("t", points, "point")?;
-    let weight = archive.floats("weight", points, "point")?;
+    let names = archive.list("names", texts, curves, "curve")?;
+    let t = archive.list("t", numbers, points, "point")?;
+    let weight = archive.list("weight", numbers, points, "point")?;
     let known = archive.known(points)?;
-    let closed = archive.floats("closed", curves, "curve")?;
+    let closed = archive.list("closed", numbers, curves, "curve")?;
     let (columns, notes) = if streamlines { (vec![], vec![]) } else { archive.others(points, options)? };
     let source = archive.source;
     let in_file = |error| match error {
@@ -74,7 +69,7 @@ fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
         other => other,
     };
     let document = streamlines.then(|| Arc::new(Streamlines) as Arc<dyn Any + Send + Sync>);
-    let origin = Origin { file: Some(source.path.display().to_string()), names, notes, document, ..Origin::default() };
+    let origin = Origin { names, notes, document, ..source.origin() };
     let mut batch = CurveBatch::from_file(dimension, coords, offsets, Arc::new(origin)).map_err(in_file)?;
     if let Some(t) = t {
         batch = batch.with_parameters(t)?;
@@ -87,8 +82,7 @@ fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
     }
     batch = batch.with_columns(columns)?;
     let Some(closed) = closed else {
-        let marked = vec![false; batch.len()];
-        return close(batch, options.closed, &marked, &[]);
+        return close(batch, options.closed, &[], &[]);
     };
     close_as_marked(batch, options.closed, closed.iter().map(|&flag| flag != 0.0).collect())
 }
@@ -113,8 +107,7 @@ impl Archive<'_> {
     /// The points of nibabel's streamlines one after the other, and where each begins.
     fn streamlines(&mut self, dimension: usize, data: Vec<f64>) -> Result<(Vec<f64>, Vec<usize>)> {
         let starts = self.offsets()?;
-        let lengths = self.array(LENGTHS, integers)?;
-        let lengths = self.expect_length(LENGTHS, lengths, starts.len(), "streamline")?.unwrap_or_default();
+        let lengths = self.list(LENGTHS, integers, starts.len(), "streamline")?.unwrap_or_default();
         let (mut coords, mut offsets) = (Vec::new(), vec![0]);
         for (i, (start, length)) in starts.into_iter().zip(lengths).enumerate() {
             let own = usize::try_from(length).ok().and_then(|length| {
@@ -148,13 +141,9 @@ impl Archive<'_> {
                 continue;
             };
             let values = match header.is_some_and(|header| header.is_text()) {
-                true => {
-                    let array = self.array(&name, texts)?;
-                    Values::Texts(self.expect_length(&name, array, points, "point")?.unwrap_or_default())
-                }
+                true => Values::Texts(self.list(&name, texts, points, "point")?.unwrap_or_default()),
                 false => {
-                    let array = self.array(&name, numbers)?;
-                    let numbers = self.expect_length(&name, array, points, "point")?.unwrap_or_default();
+                    let numbers = self.list(&name, numbers, points, "point")?.unwrap_or_default();
                     match between {
                         Between::Linear => Values::Numbers(numbers),
                         Between::Angle => Values::Angles(numbers),
@@ -176,15 +165,13 @@ impl Archive<'_> {
 
     fn coords(&mut self, key: &str) -> Result<(usize, Vec<f64>)> {
         let array = self.array(key, numbers)?.expect("checked with the keys");
-        let [points, dimension @ (2 | 3)] = array.shape[..] else {
-            let shape = tuple(&array.shape);
-            return Err(self.wrong(format!("array {key} has the shape {shape}: it must be (N, 2) or (N, 3)")));
-        };
-        let (n, d) = (points as usize, dimension as usize);
-        Ok(match array.order {
-            Order::C => (d, array.values),
-            Order::Fortran => (d, (0..n * d).map(|at| array.values[at % d * n + at / d]).collect()),
-        })
+        match array.shape[..] {
+            [_, dimension @ (2 | 3)] => Ok((dimension as usize, array.into_rows())),
+            _ => {
+                let shape = tuple(&array.shape);
+                Err(self.wrong(format!("array {key} has the shape {shape}: it must be (N, 2) or (N, 3)")))
+            }
+        }
     }
 
     fn offsets(&mut self) -> Result<Vec<usize>> {
@@ -197,15 +184,9 @@ impl Archive<'_> {
         }
     }
 
-    fn floats(&mut self, key: &str, wanted: usize, unit: &str) -> Result<Option<Vec<f64>>> {
-        let array = self.array(key, numbers)?;
-        self.expect_length(key, array, wanted, unit)
-    }
-
     /// Which control points are given.
     fn known(&mut self, points: usize) -> Result<Option<Vec<bool>>> {
-        let array = self.array("known", integers)?;
-        let Some(flags) = self.expect_length("known", array, points, "point")? else { return Ok(None) };
+        let Some(flags) = self.list("known", integers, points, "point")? else { return Ok(None) };
         match flags.iter().position(|flag| !matches!(flag, 0 | 1)) {
             Some(point) => Err(self.wrong(format!(
                 "array known holds {} for point {point}, which is neither 1 nor 0: write 1 for a given control point, 0 else",
@@ -215,24 +196,14 @@ impl Archive<'_> {
         }
     }
 
-    fn names(&mut self, wanted: usize) -> Result<Option<Vec<String>>> {
-        let array = self.array("names", texts)?;
-        self.expect_length("names", array, wanted, "curve")
-    }
-
-    fn expect_length<T>(
-        &self,
-        key: &str,
-        array: Option<Array<T>>,
-        wanted: usize,
-        unit: &str,
-    ) -> Result<Option<Vec<T>>> {
-        let Some(array) = array else { return Ok(None) };
+    /// An array of one axis, if the archive has it.
+    fn list<T>(&mut self, key: &str, values: ReadValues<T>, wanted: usize, unit: &str) -> Result<Option<Vec<T>>> {
+        let Some(array) = self.array(key, values)? else { return Ok(None) };
         self.expect_one_axis(key, &array.shape)?;
         match array.values.len() {
             found if found == wanted => Ok(Some(array.values)),
             found => {
-                Err(self.wrong(format!("array {key} has {found} entries for {wanted} {unit}s: give one a {unit}")))
+                Err(self.wrong(format!("array {key} has {found} entries for {wanted} {unit}s: give one per {unit}")))
             }
         }
     }
@@ -284,50 +255,42 @@ fn write_seekable(out: &mut dyn Place, batch: &CurveBatch, options: &WriteOption
         batch.points(i).iter().enumerate().map(move |(at, &x)| if wrap && at % d == 0 { wrapped(x) } else { x })
     });
     let shape = [points, batch.dimension() as u64];
-    let offsets = batch.offsets().iter().map(|&offset| offset as i64);
+    let offsets = batch.offsets().iter().copied();
     if batch.origin().document.as_ref().is_some_and(|document| document.is::<Streamlines>()) {
-        array(&mut zip, DATA, "<f8", &shape, coords)?;
-        array(&mut zip, "offsets", "<i8", &[curves], offsets.take(batch.len()))?;
-        array(&mut zip, LENGTHS, "<i8", &[curves], (0..batch.len()).map(|i| batch.count(i) as i64))?;
+        zip.floats(DATA, &shape, coords)?;
+        zip.integers("offsets", curves, offsets.take(batch.len()))?;
+        zip.integers(LENGTHS, curves, (0..batch.len()).map(|i| batch.count(i)))?;
         return zip.finish();
     }
-    array(&mut zip, "coords", "<f8", &shape, coords)?;
-    array(&mut zip, "offsets", "<i8", &[curves + 1], offsets)?;
-    array(&mut zip, "closed", "|b1", &[curves], (0..batch.len()).map(|i| batch.is_closed(i)))?;
+    zip.floats("coords", &shape, coords)?;
+    zip.integers("offsets", curves + 1, offsets)?;
+    zip.flags("closed", curves, (0..batch.len()).map(|i| batch.is_closed(i)))?;
     let all = || 0..batch.len();
     if all().any(|i| batch.parameters(i).is_some()) {
         let t = |i: usize| batch.parameters(i).map_or_else(|| vec![f64::NAN; batch.count(i)], <[f64]>::to_vec);
-        array(&mut zip, "t", "<f8", &[points], all().flat_map(t))?;
+        zip.floats("t", &[points], all().flat_map(t))?;
     }
     if all().any(|i| batch.weights(i).is_some()) {
         let weights = all().flat_map(|i| batch.weights(i).unwrap_or_default()).copied();
-        array(&mut zip, "weight", "<f8", &[points], weights)?;
+        zip.floats("weight", &[points], weights)?;
     }
     if let Some(known) = &batch.constraints().known {
-        array(&mut zip, "known", "|b1", &[points], known.iter().copied())?;
+        zip.flags("known", points, known.iter().copied())?;
     }
     if batch.origin().names.is_some() {
-        let longest = all().map(|i| batch.name(i).chars().count()).max().unwrap_or(0).max(1);
-        let names = all().map(|i| Padded(batch.name(i), longest));
-        array(&mut zip, "names", &format!("<U{longest}"), &[curves], names)?;
+        zip.texts("names", &all().map(|i| batch.name(i)).collect::<Vec<_>>())?;
     }
     let mut own = KEYS.to_vec();
     if !options.statuses.is_empty() {
         own.push(STATUS);
-        let words = || options.statuses.iter().map(|status| status.word());
-        let longest = words().map(str::len).max().unwrap_or(1);
-        array(&mut zip, STATUS, &format!("<U{longest}"), &[curves], words().map(|word| Padded(word.into(), longest)))?;
+        zip.texts(STATUS, &options.statuses.iter().map(|status| status.word()).collect::<Vec<_>>())?;
     }
     for (column, name) in batch.columns().iter().zip(free_names(batch, &own)) {
         match &column.values {
             Values::Numbers(numbers) | Values::Angles(numbers) => {
-                array(&mut zip, &name, "<f8", &[points], numbers.iter().copied())?
+                zip.floats(&name, &[points], numbers.iter().copied())?
             }
-            Values::Texts(texts) => {
-                let longest = texts.iter().map(|text| text.chars().count()).max().unwrap_or(0).max(1);
-                let texts = texts.iter().map(|text| Padded(text.into(), longest));
-                array(&mut zip, &name, &format!("<U{longest}"), &[points], texts)?;
-            }
+            Values::Texts(texts) => zip.texts(&name, texts)?,
         }
     }
     zip.finish()

@@ -14,20 +14,11 @@ mod write;
 use super::formats::Entry;
 
 pub(super) const ENTRY: Entry = Entry {
-    word: "svg",
-    extensions: &[],
-    title: "SVG",
     reads: "paths, lines, polygons, rectangles, circles, ellipses",
     writes: "the same drawing with new paths, or one path a curve; Béziers",
     lacks: "path, polyline, polygon, line, rect, circle and ellipse elements are read",
     dimensions: 2..=2,
     beziers: true,
-    columns: false,
-    statuses: false,
     fills: write::fills,
-    parameters: false,
-    read: read::read,
-    write: |out, batch, options, _| write::write(out, batch, options),
-    write_file: None,
-    check: |_| Ok(()),
+    ..Entry::new("svg", "SVG", read::read, |out, batch, options, _| write::write(out, batch, options))
 };

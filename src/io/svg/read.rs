@@ -12,7 +12,7 @@
 //!   over, and so are texts, images and what `use` repeats. So is what a transform without an inverse hides.
 //! - The document is kept, to be written again with other paths.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -28,7 +28,7 @@ use crate::batch::CurveBatch;
 use crate::batch::Origin;
 use crate::error::{Result, listed, quoted, shortened};
 use crate::io::source::Source;
-use crate::io::{Flatness, ReadOptions, close, xml};
+use crate::io::{Flatness, ReadOptions, close, grouped_names, part, xml};
 use crate::sort;
 use crate::status::CurveStatus;
 
@@ -71,11 +71,10 @@ pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<
     let hidden = left(curves.hidden, "hidden by a transform without an inverse");
     let in_entity = left(curves.in_entity, "drawn by an entity");
     let origin = Origin {
-        file: Some(source.path.display().to_string()),
         names: Some(names),
         document: Some(Arc::new(drawing)),
         notes: [passed_over, hidden, in_entity].into_iter().flatten().collect(),
-        ..Origin::default()
+        ..source.origin()
     };
     let mut batch = CurveBatch::from_file(2, curves.coords, curves.offsets, Arc::new(origin))?;
     for (i, problem) in curves.problems {
@@ -236,18 +235,9 @@ impl Curves<'_> {
     /// If a path has several subpaths, `/part` is added.
     fn names(&self) -> Vec<String> {
         let ends = self.ids.iter().skip(1).map(|(_, first)| *first).chain([self.closed.len()]);
-        let elements: Vec<_> = self.ids.iter().zip(ends).filter(|((_, first), end)| end > first).collect();
-        let mut seen = HashSet::new();
-        let named = elements.iter().all(|((id, _), _)| id.as_ref().is_some_and(|id| seen.insert(id)));
-        let mut names = Vec::with_capacity(self.closed.len());
-        for (number, ((id, first), end)) in elements.into_iter().enumerate() {
-            let name = id.clone().filter(|_| named).unwrap_or_else(|| number.to_string());
-            match end - first {
-                1 => names.push(name),
-                parts => names.extend((0..parts).map(|part| format!("{name}/{part}"))),
-            }
-        }
-        names
+        let elements = self.ids.iter().zip(ends).filter(|((_, first), end)| end > first).enumerate();
+        let groups = elements.map(|(number, ((id, first), end))| (number, id.as_ref(), end - first));
+        grouped_names(&groups.collect::<Vec<_>>(), part)
     }
 
     /// What is wrong with an element, with its place.

@@ -13,21 +13,11 @@ use super::formats::Entry;
 use super::geojson;
 
 pub(super) const ENTRY: Entry = Entry {
-    word: "topojson",
-    extensions: &[],
-    title: "TopoJSON",
     reads: "the same, quantised or not; also as `.json`",
     writes: "the same objects with arcs of new coordinates, quantised with `--digits`; also as `.json`",
     lacks: geojson::LACKS,
-    dimensions: 2..=3,
-    beziers: false,
-    columns: false,
     statuses: true,
     fills: geojson::fills,
-    parameters: false,
     // Both end in .json. A topology says that it is one.
-    read: geojson::read,
-    write: |out, batch, options, _| write::write(out, batch, options),
-    write_file: None,
-    check: |_| Ok(()),
+    ..Entry::new("topojson", "TopoJSON", geojson::read, |out, batch, options, _| write::write(out, batch, options))
 };

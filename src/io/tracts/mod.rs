@@ -13,8 +13,7 @@ use crate::error::{Error, Result};
 
 /// Streamlines are open, unless all curves are to be closed.
 fn as_streamlines(batch: CurveBatch, options: &ReadOptions) -> Result<CurveBatch> {
-    let open = vec![false; batch.len()];
-    close_as_marked(batch, options.closed, open)
+    close_as_marked(batch, options.closed, vec![])
 }
 
 /// The points of a curve as a streamline. A closed one repeats its first.

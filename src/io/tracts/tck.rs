@@ -12,22 +12,11 @@ use crate::io::source::Source;
 use crate::io::{ReadOptions, is_finite};
 
 pub(in crate::io) const ENTRY: Entry = Entry {
-    word: "tck",
-    extensions: &[],
-    title: "TCK",
     reads: "MRtrix's tracks; millimetres, x to the right, y to the front, z up",
     writes: "the same fields with new streamlines",
     lacks: "there is no streamline after the header",
     dimensions: 3..=3,
-    beziers: false,
-    columns: false,
-    statuses: false,
-    fills: |_| false,
-    parameters: false,
-    read,
-    write: |out, batch, _, _| write(out, batch),
-    write_file: None,
-    check: |_| Ok(()),
+    ..Entry::new("tck", "TCK", read, |out, batch, _, _| write(out, batch))
 };
 
 /// What a file begins with.
@@ -120,11 +109,7 @@ fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
     if offsets.last() != Some(&(coords.len() / 3)) {
         offsets.push(coords.len() / 3);
     }
-    let origin = Origin {
-        file: Some(source.path.display().to_string()),
-        document: Some(Arc::new(Header { fields, datatype })),
-        ..Origin::default()
-    };
+    let origin = Origin { document: Some(Arc::new(Header { fields, datatype })), ..source.origin() };
     as_streamlines(CurveBatch::from_file(3, coords, offsets, Arc::new(origin))?, options)
 }
 

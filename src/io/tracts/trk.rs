@@ -17,22 +17,13 @@ use crate::io::{ReadOptions, encoding};
 use glam::{DAffine3, DVec3};
 
 pub(in crate::io) const ENTRY: Entry = Entry {
-    word: "trk",
-    extensions: &[],
-    title: "TRK",
     reads: "TrackVis' tracks with all that points and streamlines have; millimetres, x to the right, y to the front, z up",
     writes: "the same header with new streamlines; at most 10 columns, of numbers",
     lacks: "there is no streamline after the header",
     dimensions: 3..=3,
-    beziers: false,
     columns: true,
-    statuses: false,
-    fills: |_| false,
-    parameters: false,
-    read,
-    write: |out, batch, _, _| write(out, batch),
-    write_file: None,
     check,
+    ..Entry::new("trk", "TRK", read, |out, batch, _, _| write(out, batch))
 };
 
 pub(super) const HEADER_BYTES: usize = 1000;
@@ -142,8 +133,7 @@ fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
         streamlines: offsets.len() - 1,
         properties: of_streamlines,
     };
-    let origin =
-        Origin { file: Some(source.path.display().to_string()), document: Some(Arc::new(header)), ..Origin::default() };
+    let origin = Origin { document: Some(Arc::new(header)), ..source.origin() };
     let named = scalars.into_iter().chain(properties).zip(columns);
     let columns = named.map(|(name, numbers)| Column { name, values: Values::Numbers(numbers) }).collect();
     as_streamlines(CurveBatch::from_file(3, coords, offsets, Arc::new(origin))?.with_columns(columns)?, options)
