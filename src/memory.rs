@@ -1,4 +1,6 @@
 //! How much memory is free, and whether a request fits into it.
+//!
+//! (`sysinfo` does not know the limit of a process's address space, `ulimit -v`.)
 
 use crate::error::{Error, Result, thousands};
 
@@ -11,7 +13,7 @@ pub(crate) const SMALL_BYTES: f64 = (64 << 20) as f64;
 /// today's processors.
 const MOST_BYTES: u64 = 1 << 47;
 
-/// The most items of so many bytes each that fit into the free memory.
+/// The most items of `bytes` bytes that fit into the free memory.
 pub(crate) fn most(bytes: usize) -> f64 {
     free_bytes().unwrap_or(MOST_BYTES) as f64 / bytes as f64
 }

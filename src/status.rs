@@ -26,8 +26,9 @@ pub enum CurveStatus {
     NotUnique,
     /// No curve was found that keeps its limits.
     ///
-    /// The curve is the one with the smallest violation found. If only curves with loops satisfy the limits, it is the
-    /// unconstrained curve. The sentence says which limit is violated, where and by how much.
+    /// The curve is the one with the smallest violation found. If only curves with loops satisfy
+    /// the limits, it is the unconstrained curve. The sentence says which limit is violated, where
+    /// and by how much.
     Infeasible,
     /// Too little to fit: fewer than two distinct points, or two different points at one parameter.
     ///

@@ -1,4 +1,5 @@
 //! Options of a few values. One list for each type says how they are read, shown and explained.
+//! (`strum` derives words, but neither meanings nor sentences that refuse others.)
 
 /// Gives an enum of options the list `WORDS`, and `word`, [`FromStr`](std::str::FromStr) and
 /// [`Display`](std::fmt::Display) that use it.

@@ -47,8 +47,8 @@ fn length<const D: usize>(coords: &[f64]) -> f64 {
     arclength::span_length(|t| value(&steps, t).iter().map(|x| x * x).sum::<f64>().sqrt())
 }
 
-/// The point at t of a Bézier curve: Bernstein's sum by Horner's scheme in t / (1 − t) (Farin, *Curves
-/// and Surfaces for CAGD*, section 5.8).
+/// The point at t of a Bézier curve: Bernstein's sum by Horner's scheme in t / (1 − t) (Farin,
+/// *Curves and Surfaces for CAGD*, section 5.8).
 fn value<const D: usize>(points: &[[f64; D]], t: f64) -> [f64; D] {
     let (degree, mut factor, mut sum) = (points.len() - 1, 1.0, [0.0; D]);
     for (k, point) in points.iter().enumerate() {

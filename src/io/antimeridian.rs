@@ -7,8 +7,8 @@ use crate::words::words;
 
 /// What becomes of longitudes beyond ±180 where a file is written.
 ///
-/// It concerns curves that were carried past ±180 when they were read, and those that a fit moves past
-/// it, of files whose longitudes were all within ±180.
+/// It concerns curves that were carried past ±180 when they were read, and those that a fit moves
+/// past it, of files whose longitudes were all within ±180.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Antimeridian {
     /// They stay as they are: a curve goes on past ±180.

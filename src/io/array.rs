@@ -87,12 +87,13 @@ fn rows(batch: &CurveBatch, i: usize) -> usize {
 }
 
 /// Whether a curve is one point, once or repeated.
-pub(super) fn is_point(batch: &CurveBatch, i: usize) -> bool {
+pub(crate) fn is_point(batch: &CurveBatch, i: usize) -> bool {
     let mut points = batch.points(i).chunks_exact(batch.dimension());
     points.next().is_none_or(|first| points.all(|point| point == first))
 }
 
-/// Writes (B, n, d). Curves that are not usable and have another length are NaN, but for single points, which are repeated.
+/// Writes (B, n, d). Curves that are not usable and have another length are NaN, but for single
+/// points, which are repeated.
 fn write(out: &mut dyn Write, batch: &CurveBatch, options: &WriteOptions) -> io::Result<()> {
     let (d, length) = (batch.dimension(), length(batch, &options.statuses).map_err(io::Error::other)?);
     let points = (0..batch.len()).flat_map(|i| {

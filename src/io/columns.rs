@@ -25,15 +25,16 @@ fn is_one_of(heading: &str, words: &[&str]) -> bool {
 
 /// Which column of a CSV file means what: `x=lon,y=lat,curve=id,t=hours`.
 ///
-/// - A column named by its meaning (`curve x y z t weight tx ty tz kx ky kz nu known pinned kmax corridor closed`) needs
-///   no entry. `X` means `x` if no column is called `x`, and so on.
+/// - A column named by its meaning (`curve x y z t weight tx ty tz kx ky kz nu known pinned kmax
+///   corridor closed`) needs no entry. `X` means `x` if no column is called `x`, and so on.
 /// - A column `lon`, `long`, `lng` or `longitude` is x, and one called `lat` or `latitude` is y, if
 ///   the file has both and neither `x` nor `y`.
-/// - Numbers, such as `x=2,y=3`, are columns counted from 1, where they are not all headings. The file
-///   then needs no header.
+/// - Numbers, such as `x=2,y=3`, are columns counted from 1, where they are not all headings. The
+///   file then needs no header.
 /// - `weight=`, with nothing after it, drops a column.
 /// - If any entry is given, columns without a meaning are dropped. If none is given, such columns
-///   are an error that names them. So a misspelt name is not passed over. Only `status`, which faircurve writes, is.
+///   are an error that names them. So a misspelt name is not passed over. Only `status`, which
+///   faircurve writes, is.
 ///
 /// ```
 /// let columns: faircurve::io::Columns = "x=lon,y=lat,curve=id,t=hours".parse()?;
@@ -76,12 +77,13 @@ impl FromStr for Columns {
 
 /// Which columns of a CSV file travel along, though no method knows them: `all`, or names.
 ///
-/// They become [columns](crate::CurveBatch::columns) of the batch. Numbers are quantities, which are
-/// interpolated, unless they are the same in all rows of each curve. By default none are carried.
+/// They become [columns](crate::CurveBatch::columns) of the batch. Numbers are quantities, which
+/// are interpolated, unless they are the same in all rows of each curve. By default none are
+/// carried.
 ///
-/// What stands after a name says what is between two points: `speed:linear`, `drift:angle`, which goes the short way round,
-/// in degrees, or `status:nearest`, which makes texts of numbers. Columns called `COG`, `course` or `heading` are angles by
-/// themselves, and other numbers linear.
+/// What stands after a name says what is between two points: `speed:linear`, `drift:angle`, which
+/// goes the short way round, in degrees, or `status:nearest`, which makes texts of numbers. Columns
+/// called `COG`, `course` or `heading` are angles by themselves, and other numbers linear.
 ///
 /// ```
 /// let carried: faircurve::io::Carried = "speed,status:nearest".parse()?;

@@ -1,4 +1,4 @@
-//! CSV: one row a point, the curve's name in a column.
+//! CSV: one row per point, the curve's name in a column.
 
 mod carried;
 mod dialect;
@@ -160,7 +160,7 @@ fn row_error(source: &Source, error: ::csv::Error, line: u64) -> Error {
     }
 }
 
-/// An upper bound of the memory for the name of a column, beside its letters.
+/// An upper bound of the memory for the name of a column, in addition to its letters.
 const HEADING_BYTES: usize = 96;
 
 /// Refuses two curves of one name, which a file of rows could not tell apart.
@@ -181,10 +181,11 @@ fn check_names(batch: &CurveBatch) -> Result<()> {
     Ok(())
 }
 
-/// Writes `curve,x,y[,z],t`, `closed` if a curve is, `status` if statuses are given, and all columns.
+/// Writes `curve,x,y[,z],t`, `closed` if a curve is, `status` if statuses are given, and all
+/// columns.
 ///
-/// t is the parameter, or the number of the vertex if no curve has any. The last row of a closed curve
-/// repeats its first, where the curve meets it again.
+/// t is the parameter, or the number of the vertex if no curve has any. The last row of a closed
+/// curve repeats its first, where the curve meets it again.
 fn write(out: &mut dyn Write, batch: &CurveBatch, separator: char, options: &WriteOptions) -> io::Result<()> {
     let d = batch.dimension();
     let mut text = Text::new(out).with_decimals(options.decimals);

@@ -2,17 +2,18 @@
 
 use crate::batch::CurveBatch;
 
-/// At most so many: numbers of magnitude 1 have no more.
+/// The most decimals: numbers of magnitude 1 have no more.
 const MOST: u8 = 15;
 
-/// So many significant digits at least: rounding moves curves by less than 10⁻⁹ of the largest
+/// The fewest significant digits: rounding moves curves by less than 10⁻⁹ of the largest
 /// coordinate.
 const SIGNIFICANT: i32 = 10;
 
-/// So many for longitudes and latitudes: 10⁻⁹ degrees are 0.1 mm on the ground.
+/// The most decimals of longitudes and latitudes: 10⁻⁹ degrees are 0.1 mm on the ground.
 const OF_DEGREES: u8 = 9;
 
-/// The decimals that curves through these points need, for [`WriteOptions::decimals`](super::WriteOptions::decimals).
+/// The decimals that curves through these points need, for
+/// [`WriteOptions::decimals`](super::WriteOptions::decimals).
 ///
 /// - The points themselves are written as they came. Where they have more than 15 decimals, every
 ///   digit is needed: `None`.
@@ -40,7 +41,7 @@ pub fn decimals_of(batch: &CurveBatch) -> Option<u8> {
     Some(needed.min(most.into()) as u8).filter(|&needed| needed <= MOST)
 }
 
-/// Whether a number has no more decimals than so many.
+/// Whether a number has at most this many decimals.
 fn has(x: f64, decimals: u8) -> bool {
     let by = 10_f64.powi(decimals.into());
     (x * by).round() / by == x

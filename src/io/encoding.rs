@@ -11,8 +11,8 @@ const CHUNK_BYTES: u64 = 1 << 15;
 /// What a text in another encoding lacks.
 pub(super) const NOT_UTF8: &str = "not UTF-8 text: save the file as UTF-8";
 
-/// Text without its byte-order mark, as UTF-8, and whether its first bytes, of which `head` has three, tell its
-/// encoding. A letter of two bytes, one of them 0, begins UTF-16 without a mark.
+/// Text without its byte-order mark, as UTF-8, and whether its first bytes, of which `head` has
+/// three, tell its encoding. A letter of two bytes, one of them 0, begins UTF-16 without a mark.
 pub(super) fn as_utf8<'a>(head: &[u8], reader: Box<dyn BufRead + 'a>) -> (Box<dyn BufRead + 'a>, bool) {
     let after = |skipped: usize| Box::new(io::Cursor::new(head[skipped..].to_vec()));
     let (skipped, is_big_endian) = match *head {
@@ -35,7 +35,7 @@ struct Utf16<'a> {
 }
 
 impl Utf16<'_> {
-    /// The next letters, none at the end.
+    /// The next letters. At the end there are none.
     fn next(&mut self) -> io::Result<Vec<u8>> {
         let mut units: Vec<u16> = Vec::new();
         let mut wanted = CHUNK_BYTES;
@@ -80,13 +80,13 @@ pub(super) fn declared(bytes: &[u8]) -> Option<Range<usize>> {
     Some(start..start + length)
 }
 
-/// Whether text declared so is UTF-8. UTF-16 is told by its first bytes: what is only declared to be that has been
-/// written as UTF-8.
+/// Whether text with this declared encoding is UTF-8. UTF-16 is recognised by its first bytes. Text
+/// that only declares it is UTF-8.
 pub(super) fn is_utf8(name: &str) -> bool {
     name.to_ascii_lowercase().starts_with("utf")
 }
 
-/// Whether text declared so is what [`of_latin`] reads.
+/// Whether [`of_latin`] reads text with this declared encoding.
 pub(super) fn is_latin(name: &str) -> bool {
     let names = ["iso-8859-1", "iso8859-1", "iso_8859-1", "latin1", "latin-1", "windows-1252", "cp1252"];
     names.iter().any(|latin| name.eq_ignore_ascii_case(latin))

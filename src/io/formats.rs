@@ -38,7 +38,8 @@ pub(super) struct Entry {
     pub columns: bool,
     /// Whether it holds [statuses](WriteOptions::statuses).
     pub statuses: bool,
-    /// Whether the document that a batch was read from is written again, in which every curve has its place.
+    /// Whether the document that a batch was read from is written again, in which every curve has
+    /// its place.
     pub fills: fn(&CurveBatch) -> bool,
     /// Whether it holds the parameters of points.
     pub parameters: bool,
@@ -52,7 +53,7 @@ pub(super) struct Entry {
 }
 
 impl Entry {
-    /// The entry of a format of plain points in the plane or in space, which holds nothing beside them.
+    /// The entry of a format of plain points in the plane or in space, which holds nothing else.
     pub const fn new(
         word: &'static str,
         title: &'static str,
@@ -100,30 +101,30 @@ macro_rules! formats {
 }
 
 formats! {
-    /// Rows of text, one a point; rows with one name in `curve` are a curve.
+    /// Rows of text, one per point. Rows with the same name in `curve` are a curve.
     Csv: csv,
-    /// GeoJSON, RFC 7946: a curve a LineString or ring. Points pass through. The document that was
-    /// read is written, with new coordinates.
+    /// GeoJSON, RFC 7946: one curve per LineString or ring. Points pass through. The document that
+    /// was read is written, with new coordinates.
     GeoJson: geojson,
-    /// TopoJSON: arcs that neighbours share. The objects that were read are written, with arcs of new
-    /// coordinates.
+    /// TopoJSON: arcs that neighbours share. The objects that were read are written, with arcs of
+    /// new coordinates.
     TopoJson: topojson,
-    /// Scalable Vector Graphics: a curve a subpath or other shape, after transforms: its vertices, points along
-    /// its [curves](ReadOptions::flatness), or [control points](ReadOptions::controls). The drawing
-    /// that was read is written, with new paths.
+    /// Scalable Vector Graphics: one curve per subpath or other shape, after transforms: its
+    /// vertices, points along its [curves](ReadOptions::flatness), or [control
+    /// points](ReadOptions::controls). The drawing that was read is written, with new paths.
     Svg: svg,
-    /// NumPy's archive of arrays: `coords`, `offsets`, `t`, `weight`, `known`, `closed`, `names`; or
-    /// nibabel's streamlines, `data`, `offsets` and `lengths`.
+    /// NumPy's archive of arrays: `coords`, `offsets`, `t`, `weight`, `known`, `closed`, `names`;
+    /// or nibabel's streamlines, `data`, `offsets` and `lengths`.
     Npz: npz,
     /// One array of NumPy: (B, n, d), or (n, d) for one curve.
     Npy: array,
-    /// TrackVis' tracks: streamlines in millimetres (RAS+), with what points and streamlines have as
-    /// [columns](CurveBatch::columns). The header that was read is written.
+    /// TrackVis' tracks: streamlines in millimetres (RAS+), with what points and streamlines have
+    /// as [columns](CurveBatch::columns). The header that was read is written.
     Trk: trk,
     /// MRtrix's tracks: streamlines in millimetres (RAS+). The header that was read is written.
     Tck: tck,
-    /// GPS Exchange, version 1.1: a curve a segment of a track, or a route, with longitudes, latitudes and
-    /// times. Elevations travel along as the [column](CurveBatch::columns) `ele`.
+    /// GPS Exchange, version 1.1: one curve per segment of a track, and per route, with longitudes,
+    /// latitudes and times. Elevations travel along as the [column](CurveBatch::columns) `ele`.
     Gpx: gpx,
 }
 
@@ -134,8 +135,8 @@ impl Format {
         Self::ALL.iter().copied().find(|format| format.extensions().any(|own| own == extension))
     }
 
-    /// The format that curves are written in to a file of this name: that of its extension. `.json` is GeoJSON, and
-    /// TopoJSON for curves that were read from a topology.
+    /// The format in which curves are written to a file, by its extension. `.json` is TopoJSON for
+    /// curves that were read from a topology, and else GeoJSON.
     pub fn to_write(path: impl AsRef<Path>, batch: &CurveBatch) -> Option<Self> {
         let path = path.as_ref();
         match Self::of_extension(path)? {
@@ -170,8 +171,8 @@ impl Format {
         self.entry().statuses
     }
 
-    /// What points of a batch have that its files have no place for: names of columns, and `times`. Where tracks of
-    /// a GPX file were divided also `what is no track`.
+    /// What points of a batch have that its files have no place for: names of columns, and `times`.
+    /// Where tracks of a GPX file were divided also `what is no track`.
     pub fn left_out(self, batch: &CurveBatch) -> Vec<String> {
         let holds = |column: &&Column| match self {
             Format::GeoJson | Format::TopoJson => geojson::holds(batch, column, self == Format::GeoJson),
@@ -215,13 +216,14 @@ impl Format {
         Ok(())
     }
 
-    /// The format given, or that of the extension. `option` is what gives one.
+    /// The format given, or else the format of the extension. `option` names the option that gives
+    /// one.
     pub(super) fn of(path: &Path, given: Option<Format>, option: &str) -> Result<Self> {
         given.or_else(|| Self::of_extension(path)).ok_or_else(|| unknown_format(path, option, &alternatives(&words())))
     }
 }
 
-/// Whether a file is called `.json`, as those of several formats are.
+/// Whether a file is called `.json`, which several formats use.
 fn is_json(path: &Path) -> bool {
     extension_of(path).is_some_and(|extension| extension.eq_ignore_ascii_case("json"))
 }

@@ -1,4 +1,4 @@
-//! How much is read of data that claims more than it has.
+//! Limits of what is read, and the sentences for what exceeds them.
 
 /// Packed data may unpack to this many times its size, and [`UNPACKED_BYTES`] more.
 ///
@@ -8,7 +8,7 @@ pub(super) const UNPACKED_TIMES: u64 = 100;
 /// What packed data of any size may unpack to. A file of a few zeros packs to nearly nothing.
 pub(super) const UNPACKED_BYTES: u64 = 256 << 20;
 
-/// The most that so many bytes may unpack to.
+/// The most bytes that `packed_bytes` may unpack to.
 pub(super) fn most_unpacked(packed_bytes: u64) -> u64 {
     packed_bytes.saturating_mul(UNPACKED_TIMES).saturating_add(UNPACKED_BYTES)
 }

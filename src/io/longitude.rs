@@ -12,7 +12,7 @@ pub(super) const POLE: f64 = 90.0;
 /// Conversions between formats leave errors of this size, in degrees. It is 0.1 mm on the ground.
 const ROUNDING: f64 = 1e-9;
 
-/// Whether a longitude is within ±180 or as good as there.
+/// Whether a longitude is within ±180, up to rounding.
 pub(super) fn within_half_turn(x: f64) -> bool {
     x.abs() <= HALF_TURN + ROUNDING || x.is_nan()
 }
@@ -24,12 +24,12 @@ pub(super) fn is_geographic(points: &[f64], stride: usize) -> bool {
     points.chunks_exact(stride).all(|point| point[0].abs() <= TURN && point[1].abs() <= POLE + ROUNDING)
 }
 
-/// Sets a number that is as good as ±`limit` to ±`limit`.
+/// Sets a number that equals ±`limit` up to rounding to ±`limit`.
 fn settled(x: f64, limit: f64) -> f64 {
     if (x.abs() - limit).abs() <= ROUNDING { limit.copysign(x) } else { x }
 }
 
-/// Puts points that miss the antimeridian or a pole by rounding onto it.
+/// Moves points that miss the antimeridian or a pole by rounding onto it.
 pub(super) fn settle(points: &mut [f64], stride: usize) {
     for point in points.chunks_exact_mut(stride) {
         point[0] = settled(point[0], HALF_TURN);
@@ -37,13 +37,13 @@ pub(super) fn settle(points: &mut [f64], stride: usize) {
     }
 }
 
-/// Puts a longitude that misses an odd multiple of 180 by rounding onto it.
+/// Moves a longitude that misses an odd multiple of 180 by rounding onto it.
 pub(super) fn settled_on_turns(x: f64) -> f64 {
     let nearest = TURN * ((x - HALF_TURN) / TURN).round() + HALF_TURN;
     if (x - nearest).abs() <= ROUNDING { nearest } else { x }
 }
 
-/// The same of numbers some of which are missing.
+/// As [`is_geographic`], for points of which some are NaN.
 pub(super) fn are_geographic(points: &[f64], stride: usize) -> bool {
     points.chunks_exact(stride).all(|point| point[0].is_nan() || point[1].is_nan() || is_geographic(point, stride))
 }
@@ -83,8 +83,8 @@ pub(super) fn turns(points: &[f64], stride: usize) -> Option<Vec<f64>> {
     })
 }
 
-/// Carries the longitudes of all curves past ±180 where they cross it. Returns the curves that cross, and those of them
-/// that wind round a pole.
+/// Carries the longitudes of all curves past ±180 where they cross it. Returns the curves that
+/// cross, and those of them that wind round a pole.
 pub(super) fn unwrap(coords: &mut [f64], stride: usize, offsets: &[usize]) -> (Vec<usize>, Vec<usize>) {
     let (mut unwrapped, mut round_pole) = (Vec::new(), Vec::new());
     for (i, ends) in offsets.windows(2).enumerate() {
@@ -181,7 +181,7 @@ pub(super) fn apply(points: &mut [f64], stride: usize, turns: &[f64]) {
     }
 }
 
-/// Moves a ring by whole turns so that its middle lies within ±180, where its neighbours are.
+/// Moves a ring by whole turns so that its middle lies within ±180.
 pub(super) fn centre(points: &mut [f64], stride: usize) {
     let x = || points.chunks_exact(stride).map(|point| point[0]);
     let (low, high) = (x().fold(f64::INFINITY, f64::min), x().fold(f64::NEG_INFINITY, f64::max));

@@ -19,8 +19,8 @@ const SMALL_BYTES: usize = 1 << 16;
 /// The memory that reading a file may take.
 ///
 /// Systems that promise more memory than they have (as Linux does) kill the process that uses it.
-/// There the free memory is what `/proc/meminfo`, the limits of the process and those of its
-/// control group say. Elsewhere the allocator's refusal is the limit.
+/// There `/proc/meminfo`, the limits of the process and the limits of its control group tell the
+/// free memory. Elsewhere the allocator's refusal is the limit.
 pub(super) struct Room {
     free_bytes: u64,
     taken_bytes: Cell<u64>,
@@ -90,7 +90,7 @@ impl Room {
         self.reserve(values, more.max(values.len()).max(least))
     }
 
-    /// Makes room for exactly so many more entries.
+    /// Makes room for exactly `more` more entries.
     pub fn reserve<T>(&self, values: &mut Vec<T>, more: usize) -> Result<(), Full> {
         self.take(more.saturating_mul(size_of::<T>()))?;
         values.try_reserve_exact(more).map_err(|_| Full { wanted_bytes: self.taken_bytes.get(), free_bytes: None })

@@ -15,20 +15,20 @@
 //!
 //! **Blanks.** Some curves lack a number: a blank coordinate, parameter or weight in CSV, or a
 //! position of GeoJSON that is `null`, holds `null` or has fewer than two numbers. The number is
-//! NaN in the batch. It makes that curve [`Invalid`](crate::CurveStatus::Invalid), and no other. A curve of CSV whose
-//! parameters are all blank has none.
+//! NaN in the batch. It makes that curve [`Invalid`](crate::CurveStatus::Invalid), and no other. A
+//! curve of CSV whose parameters are all blank has none.
 //!
-//! **Separators.** Cells of CSV are separated by commas, semicolons or tabs, whichever the first line
-//! has most of, or by what a line such as `sep=;` above it says. Unless commas separate, a comma may be the decimal
-//! point. `NA`, `N/A`, `null`, `none` and what databases and spreadsheets write for them, such as `\N` and `#N/A`, are
-//! blanks. Files called `.tsv` are written with tabs.
+//! **Separators.** Cells of CSV are separated by commas, semicolons or tabs, whichever the first
+//! line has most of, or by what a line such as `sep=;` above it says. Unless commas separate, a
+//! comma may be the decimal point. `NA`, `N/A`, `null`, `none` and what databases and spreadsheets
+//! write for them, such as `\N` and `#N/A`, are blanks. Files called `.tsv` are written with tabs.
 //!
-//! **Encodings.** Text is UTF-8, or UTF-16 where its first bytes say so. XML may declare UTF-16, ISO-8859-1 or
-//! Windows-1252. What is written is UTF-8.
+//! **Encodings.** Text is UTF-8, or UTF-16 where its first bytes say so. XML may declare UTF-16,
+//! ISO-8859-1 or Windows-1252. What is written is UTF-8.
 //!
-//! **Times.** Dates in a column `t`, such as `2024-03-01T06:00:00Z`, `2024-03-01 06:00` or `2024-03-01` (ISO 8601),
-//! become seconds since the beginning of 1970. CSV writes them as they came, with as many digits as
-//! the samples need. Without a zone they are taken for UTC.
+//! **Times.** Dates in a column `t`, such as `2024-03-01T06:00:00Z`, `2024-03-01 06:00` or
+//! `2024-03-01` (ISO 8601), become seconds since the beginning of 1970. CSV writes them as they
+//! came, with as many digits as the samples need. Without a zone they are taken for UTC.
 //!
 //! **Other columns** of CSV travel along where [`ReadOptions::carried`] says so.
 //!
@@ -47,10 +47,12 @@
 //! **Longitudes.** x is a longitude in GeoJSON, and in CSV if it is mapped from a column `lon`,
 //! `long`, `lng` or `longitude`. If all of such a curve lies within |x| ≤ 360, |y| ≤ 90, neighbours
 //! more than 180 apart are taken to cross the antimeridian. ±360 is added from there on. So curves
-//! run on past ±180 and never tear. They do so in the output too, unless [`WriteOptions::antimeridian`] cuts them there. A line that winds round a pole becomes an
-//! open curve that ends 360 from its start. A polygon ring that winds once round a pole is opened where it crosses ±180 nearest
-//! to the pole, and closed along ±180 and over the pole; a note says so. The holes of a polygon are brought to their shell.
-//! Longitudes and latitudes of GeoJSON that miss ±180 or a pole by rounding, 1e-9 at most, are set there.
+//! run on past ±180 and never tear. They do so in the output too, unless
+//! [`WriteOptions::antimeridian`] cuts them there. A line that winds round a pole becomes an open
+//! curve that ends 360 from its start. A polygon ring that winds once round a pole is opened where
+//! it crosses ±180 nearest to the pole, and closed along ±180 and over the pole; a note says so.
+//! The holes of a polygon are brought to their shell. Longitudes and latitudes of GeoJSON that miss
+//! ±180 or a pole by rounding, 1e-9 at most, are set there.
 //!
 //! **Sizes.** No file ends a program for want of memory. What a file claims is compared with what
 //! it has, and memory that grows with it is requested before it is used. A larger input is an error
@@ -66,8 +68,8 @@
 //!
 //! The checksums of gzip and of every array are compared.
 //!
-//! [`grids`] has the files of rectangular grids, [`read_mesh`] reads those of triangle meshes, and [`surfaces`] makes surfaces of
-//! files.
+//! [`grids`] reads and writes rectangular grids, [`read_mesh`] reads triangle meshes, and
+//! [`surfaces`] makes surfaces of files.
 
 mod antimeridian;
 mod array;
@@ -107,6 +109,8 @@ use crate::error::{Error, Result, quoted};
 use crate::status::CurveStatus;
 
 pub use antimeridian::Antimeridian;
+#[cfg(feature = "cli")]
+pub(crate) use array::is_point;
 #[cfg(all(unix, feature = "cli"))]
 pub(crate) use atomic::give_up;
 pub use atomic::{Output, write_atomically};
@@ -149,7 +153,7 @@ impl FromStr for Closed {
 /// How a file is read.
 #[derive(Clone, Debug, Default)]
 pub struct ReadOptions {
-    /// The format. By default that of the extension.
+    /// The format. By default the format of the extension.
     pub format: Option<Format>,
     /// What the columns of a CSV file mean. In GeoJSON only `z=` has a meaning: it drops altitudes.
     pub columns: Columns,
@@ -163,13 +167,15 @@ pub struct ReadOptions {
     ///
     /// The points of a curve are then control points, 3 a piece and one more. A closed chain does
     /// not repeat its first point. Lines and quadratic curves become the cubics that they are. Arcs
-    /// become cubics as near to them as [`flatness`](Self::flatness) says. The points of other formats are read as they stand. False by
-    /// default.
+    /// become cubics as near to them as [`flatness`](Self::flatness) says. The points of other
+    /// formats are read as they stand. False by default.
     pub controls: bool,
-    /// SVG: how near the chords between the points of a curve are to the curved segments of its path. The points are on the
-    /// path. With [`controls`](Self::controls), how near cubics are to arcs.
+    /// SVG: how near the chords between the points of a curve are to the curved segments of its
+    /// path. The points are on the path. With [`controls`](Self::controls), how near cubics are to
+    /// arcs.
     ///
-    /// By default curved segments have their ends alone, and arcs are divided into quarters of a turn.
+    /// By default curved segments have their ends alone, and arcs are divided into quarters of a
+    /// turn.
     pub flatness: Option<Flatness>,
 }
 
@@ -185,7 +191,7 @@ pub enum Flatness {
 /// How a file is written.
 #[derive(Clone, Debug, Default)]
 pub struct WriteOptions {
-    /// The format. By default [that of the extension](Format::to_write).
+    /// The format. By default [the format of the extension](Format::to_write).
     pub format: Option<Format>,
     /// Whether a file that exists is replaced. False by default.
     pub overwrite: bool,
@@ -201,18 +207,19 @@ pub struct WriteOptions {
     /// moves by no more than 0.71 of it. By default, and if coordinates have no such digits, points
     /// are exact.
     pub rounding: Option<f64>,
-    /// CSV, GeoJSON, TopoJSON and SVG: coordinates are rounded to so many decimals. TopoJSON is then
-    /// quantised.
+    /// CSV, GeoJSON, TopoJSON and SVG: coordinates are rounded to this many decimals. TopoJSON is
+    /// then quantised.
     ///
-    /// By default coordinates are the shortest decimals that read back to the same bits. [`decimals_of`]
-    /// says what points need.
+    /// By default coordinates are the shortest decimals that read back to the same bits.
+    /// [`decimals_of`] says what points need.
     pub decimals: Option<u8>,
     /// What becomes of longitudes beyond ±180. By default they stay.
     pub antimeridian: Antimeridian,
-    /// How the fit of each curve ended, to be written with the curves. By default nothing is written.
+    /// How the fit of each curve ended, to be written with the curves. By default nothing is
+    /// written.
     ///
-    /// CSV has a column `status`, NPZ an array, GeoJSON and TopoJSON a property of each feature: the worst of its
-    /// curves. [`Format::has_statuses`] tells the others, which pass them over.
+    /// CSV has a column `status`, NPZ an array, GeoJSON and TopoJSON a property of each feature:
+    /// the worst of its curves. [`Format::has_statuses`] tells the others, which pass them over.
     pub statuses: Vec<CurveStatus>,
     /// Curves that are left out, by their number. By default none.
     ///
@@ -231,9 +238,9 @@ pub struct WriteOptions {
 /// # Errors
 /// A file that cannot be read or does not hold what its format promises.
 ///
-/// A fault of one curve (NaN, decreasing parameters, an element of SVG that cannot be read) is not an
-/// error. The curve gets an [`Unfitted`](crate::Unfitted). Nor is a file without curves, whose batch is empty:
-/// [`CurveBatch::notes`] says so.
+/// A fault of one curve (NaN, decreasing parameters, an element of SVG that cannot be read) is not
+/// an error. The curve gets an [`Unfitted`](crate::Unfitted). Nor is a file without curves, whose
+/// batch is empty: [`CurveBatch::notes`] says so.
 pub fn read(path: impl AsRef<Path>) -> Result<CurveBatch> {
     read_with(path, &ReadOptions::default())
 }
@@ -288,8 +295,8 @@ pub fn write(path: impl AsRef<Path>, batch: &CurveBatch) -> Result<()> {
     write_with(path, batch, &WriteOptions::default())
 }
 
-/// Writes curves to a file, or to standard output for `-` (then the format must be given). By default it is that of
-/// [`Format::to_write`].
+/// Writes curves to a file, or to standard output for `-` (then the format must be given). By
+/// default the format is [`Format::to_write`].
 ///
 /// CSV and NPZ keep coordinates that are NaN or infinite. GeoJSON and SVG have no such numbers.
 /// There the curve keeps its place and its name but has no points.
@@ -338,7 +345,8 @@ pub fn write_to(mut out: impl Write, batch: &CurveBatch, options: &WriteOptions)
     (format.entry().write)(&mut out, &batch, &options, "").map_err(|source| Error::Stream { source })
 }
 
-/// The curves that are written, without those left out, and how. Refuses what the format cannot hold.
+/// The curves that are written, without those left out, and how. Refuses what the format cannot
+/// hold.
 fn prepared<'a>(
     batch: &'a CurveBatch,
     format: Format,
@@ -379,8 +387,8 @@ fn check_batch(batch: &CurveBatch, format: Format, options: &WriteOptions) -> Re
     }
 }
 
-/// Refuses, before anything is fitted, curves that the format cannot hold, as far as that is known: their samples have
-/// this dimension, and so many points.
+/// Refuses, before anything is fitted, curves that the format cannot hold, as far as that is known.
+/// Their samples have this dimension, and `points` of a curve points.
 #[cfg(feature = "cli")]
 pub(crate) fn check_before(
     batch: &CurveBatch,
@@ -429,8 +437,8 @@ fn free_names(batch: &CurveBatch, own: &[&str]) -> Vec<String> {
 /// A group of curves of a file: its number, its name, and how many curves it has.
 type Group<'a> = (usize, Option<&'a String>, usize);
 
-/// Names of curves: those of their groups, if every group has one and no two the same, else the groups' numbers. `part` adds
-/// the number of the curve, counted from 0, where a group has several.
+/// Names of curves: the names of their groups if every group has one and no two are equal, else the
+/// groups' numbers. If a group has several curves, `part` adds their numbers, counted from 0.
 fn grouped_names(groups: &[Group], part: fn(&str, usize) -> String) -> Vec<String> {
     let mut seen = HashSet::new();
     let named = groups.iter().all(|(_, name, _)| name.is_some_and(|name| seen.insert(name)));
@@ -494,7 +502,7 @@ fn is_finite(batch: &CurveBatch, i: usize) -> bool {
     batch.points(i).iter().all(|x| x.is_finite())
 }
 
-/// Closes all curves, none, or those of `marked`, which says of every curve whether it is closed, or nothing.
+/// Closes all curves, none, or the marked ones. `marked` has a flag per curve, or none at all.
 fn close_as_marked(batch: CurveBatch, closed: Closed, mut marked: Vec<bool>) -> Result<CurveBatch> {
     marked.resize(batch.len(), false);
     match closed {
@@ -506,8 +514,8 @@ fn close_as_marked(batch: CurveBatch, closed: Closed, mut marked: Vec<bool>) -> 
     }
 }
 
-/// Closes the curves that are `marked`, which says it of every curve or nothing, and the others as `closed` says. Those in
-/// `opened` stay open.
+/// Closes the marked curves, and the others as `closed` says. Curves in `opened` stay open.
+/// `marked` has a flag per curve, or none at all.
 fn close(batch: CurveBatch, closed: Closed, marked: &[bool], opened: &[usize]) -> Result<CurveBatch> {
     let repeats = |i: usize| batch.count(i) > 2 && batch.repeats_first(i);
     let is_marked = |i: usize| marked.get(i).is_some_and(|marked| *marked);

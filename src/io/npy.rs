@@ -1,7 +1,7 @@
 //! Arrays in NumPy's format: a header, and elements.
 //!
 //! Only headers of the form that NumPy writes are read. Nothing is allocated because a header
-//! claims it.
+//! claims it. (`npyz` allocates what a header claims, and parses nested brackets recursively.)
 //!
 //! Source: NumPy enhancement proposal 1, *A simple file format for NumPy arrays*.
 
@@ -88,7 +88,7 @@ pub(super) fn write<B: AsRef<[u8]>>(
     let mut out = BufWriter::with_capacity(1 << 16, out);
     let lengths: String = shape.iter().map(|length| format!("{length}, ")).collect();
     let header = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({lengths}), }}");
-    // The elements begin at a multiple of so many bytes. A new line ends the header.
+    // The elements begin at a multiple of 64 bytes. A new line ends the header.
     let padded = (START_BYTES + 2 + header.len() + 1).next_multiple_of(64) - START_BYTES - 2;
     out.write_all(b"\x93NUMPY\x01\x00")?;
     out.write_all(&(padded as u16).to_le_bytes())?;

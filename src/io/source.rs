@@ -1,4 +1,5 @@
-//! Input as bytes: a file, standard input or any reader, without gzip and the byte-order mark, UTF-16 as UTF-8.
+//! Input as bytes: a file, standard input or any reader, without gzip and the byte-order mark,
+//! UTF-16 as UTF-8.
 
 use std::cell::Cell;
 use std::fs::File;
@@ -70,7 +71,7 @@ impl<'a> Source<'a> {
 
     /// A failure to read, as a sentence.
     ///
-    /// It is the system's, or that of gzip data that is cut off or much too large.
+    /// The system reports it, or gzip data is cut off or much too large.
     pub fn failed(&self, error: io::Error) -> Error {
         let inner = error.get_ref();
         if inner.is_some_and(|inner| inner.is::<Full>() || inner.is::<Refusal>()) {
@@ -236,7 +237,7 @@ impl<R: Read> Read for RowReader<'_, R> {
     }
 }
 
-/// Reads a line of at most so many bytes, with its end, and appends it to `bytes`.
+/// Reads a line of at most `most_bytes` bytes, with its end, and appends it to `bytes`.
 pub(super) fn read_line(
     reader: &mut dyn BufRead,
     room: &Room,

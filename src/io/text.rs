@@ -22,7 +22,7 @@ impl<'w> Text<'w> {
         Text { out, buffer: Vec::with_capacity(BUFFER_BYTES + 4096), digits: zmij::Buffer::new(), rounding: None }
     }
 
-    /// Rounds the coordinates of points to so many decimals, or leaves them as they are.
+    /// Rounds the coordinates of points to this many decimals, or leaves them as they are.
     pub(crate) fn with_decimals(mut self, decimals: Option<u8>) -> Self {
         self.rounding = decimals.map(|decimals| 10_f64.powi(decimals.into()));
         self

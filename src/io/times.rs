@@ -20,7 +20,8 @@ pub struct Times {
 }
 
 impl Times {
-    /// The times of every curve of a batch: the list that [`At::Times`](crate::tracks::At::Times) wants.
+    /// The times of every curve of a batch: the list that [`At::Times`](crate::tracks::At::Times)
+    /// wants.
     ///
     /// Parts of a curve `a`, called `a.1`, `a.2` …, have the times of `a`.
     ///
@@ -52,10 +53,10 @@ impl Times {
 
 /// Reads a table of times: a column `t`, and perhaps `curve`, or one column without a header.
 ///
-/// Times are numbers, or dates where those of the curves are.
+/// Times are numbers, or dates if the times of the curves are dates.
 ///
 /// # Errors
-/// A file that cannot be read or is no such table; times that are no dates where dates are wanted.
+/// A file that cannot be read or is no such table. A time that is neither a number nor a date.
 pub fn read_times(path: impl AsRef<Path>) -> Result<Times> {
     let mut source = Source::open(path.as_ref())?;
     let bytes = source.bytes()?;

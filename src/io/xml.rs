@@ -113,7 +113,7 @@ fn attributes(text: &str) -> usize {
 
 /// The most names of namespaces.
 ///
-/// roxmltree compares and copies all of them for every element that has one of its own.
+/// roxmltree compares and copies all of them for every element that declares one.
 const NAMESPACES: usize = 64;
 
 /// An upper bound of the names of namespaces.

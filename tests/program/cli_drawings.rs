@@ -52,7 +52,7 @@ fn all_of_a_document_stays_but_the_paths_data() {
     for command in ["bezier in.svg -o out.svg --simplify --tolerance 0.2", "fit in.svg -o out.svg --as bezier"] {
         run(&folder, &format!("{command} --device cpu --force"))
             .code(0)
-            .stderr(contains("1 <text> passed over: only what has a shape of its own is read"));
+            .stderr(contains("1 <text> passed over: only elements with a shape are read"));
         let out = read(&folder, "out.svg");
         assert_ne!(out, only_paths);
         assert_eq!(without_data(&out), without_data(&only_paths), "{command}");
@@ -109,7 +109,7 @@ fn what_cannot_be_read_stays_and_is_said() {
     let folder = drawing(text);
     run(&folder, "fit in.svg -o out.svg --device cpu")
         .code(0)
-        .stderr(contains("1 <image>, 2 <text>, 1 <use> passed over: only what has a shape of its own is read"));
+        .stderr(contains("1 <image>, 2 <text>, 1 <use> passed over: only elements with a shape are read"));
     assert_eq!(without_data(&read(&folder, "out.svg")), without_data(text));
 }
 
@@ -196,8 +196,11 @@ fn an_element_that_cannot_be_read_is_its_trouble_alone() {
         ("<path id='bad' d='MNaN,NaN'></path>", "cannot be read from \"NaN,NaN\" on: mend it"),
         ("<path id='bad' d='M0,0L1,2 3,1;'/>", "cannot be read from \";\" on: mend it"),
         ("<polyline id='bad' points='0,0 10,20 30'/>", "ends with an x, 30, that has no y"),
-        ("<path id='bad' transform='rotate(45deg)' d='M0,0L1,2 3,1'/>", "give numbers without units"),
-        ("<g transform='turn(4)'><rect id='bad' width='5' height='5'/></g>", "<g>: transform: there is no transform"),
+        ("<path id='bad' transform='rotate(45deg)' d='M0,0L1,2 3,1'/>", "with numbers without units"),
+        (
+            "<g transform='turn(4)'><rect id='bad' width='5' height='5'/></g>",
+            "<g>: its transform cannot be read from \"turn(4)\" on",
+        ),
         ("<circle id='bad' cx='5' r='1rem'/>", "r is \"1rem\": give a number, or a length in px"),
         ("<path id='bad' d='M1e308 0l1e308 0 5 5'/>", "its coordinates are too large for f64: scale it down"),
     ] {

@@ -309,7 +309,7 @@ fn files_that_hold_no_grids_are_sentences() {
     refused(
         &folder,
         "in.csv -o out.csv",
-        "in.csv, line 2: the row has 1 numbers, but those of its grid, which began on line 1, have 2",
+        "in.csv, line 2: the row has 1 numbers, but the rows of its grid, which began on line 1, have 2",
     );
     fs::write(folder.path().join("in.csv"), "").unwrap();
     refused(&folder, "in.csv -o out.csv", "in.csv: the file is empty: there is nothing to read");

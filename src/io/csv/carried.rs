@@ -39,10 +39,10 @@ impl Cells {
         &self.text[if row == 0 { 0 } else { self.ends[row - 1] }..self.ends[row]]
     }
 
-    /// The column, with rows in this order, of curves with so many rows each.
+    /// The column, with rows in this order. `counts` has the number of rows of each curve.
     ///
-    /// Cells that are the same in all rows of each curve stay as they came: a number of a ship is no
-    /// quantity. Others are numbers if all of them are.
+    /// Cells that are the same in all rows of each curve stay as they came: a number of a ship is
+    /// no quantity. Others are numbers if all of them are.
     pub fn finish(
         self,
         source: &Source,
@@ -75,5 +75,5 @@ impl Cells {
     }
 }
 
-/// The memory for a text, beside its letters.
+/// The memory for a text, in addition to its letters.
 const TEXT_BYTES: usize = 48;

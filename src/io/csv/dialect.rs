@@ -3,7 +3,8 @@
 /// Separators, the usual one first.
 const SEPARATORS: [u8; 3] = [b',', b';', b'\t'];
 
-/// Words for a number that is not there, as people, databases, spreadsheets and programs write them.
+/// Words for a number that is not there, as people, databases, spreadsheets and programs write
+/// them.
 const BLANKS: [&str; 10] = ["na", "n/a", "null", "none", "\\n", "(null)", "<null>", "#n/a", "<na>", "nat"];
 
 /// A way to write tables as text.

@@ -1,4 +1,5 @@
-//! The order of rows: those of a curve stand together in a batch, wherever they stood in the file.
+//! The order of rows: the rows of a curve are consecutive in a batch, wherever they stood in the
+//! file.
 
 use std::cmp::Ordering;
 
@@ -35,7 +36,8 @@ impl Owners {
     }
 
     /// The rows in the order of the curves, and of `t` within each of them if it is given; `None`
-    /// where they stand so already. Equal rows keep their order, and those without a number go last.
+    /// where they stand so already. Equal rows keep their order, and those without a number go
+    /// last.
     pub fn order(&self, t: Option<&[f64]>) -> Option<Vec<usize>> {
         if self.mixed.is_none() && t.is_none() {
             return None;

@@ -57,8 +57,8 @@ const KNOWN: usize = 0;
 const POINTS: usize = 2;
 
 impl Group {
-    /// Adds the cells of a row, whose control point is `known` (1, 0, or not said). Returns the first cell that is blank
-    /// if the curve cannot be fitted, and the remedy.
+    /// Adds the cells of a row, whose control point is `known` (1, 0, or not said). Returns the
+    /// first cell that is blank if the curve cannot be fitted, and the remedy.
     fn push(&mut self, row: &Cells, known: Option<f64>) -> Result<Option<(usize, &'static str)>> {
         let (start, mut blank) = (self.values.len(), None);
         for &cell in &self.cells {
@@ -82,7 +82,7 @@ impl Group {
     }
 }
 
-/// An upper bound of the memory for a curve, beside its points and its name.
+/// An upper bound of the memory for a curve, in addition to its points and its name.
 const CURVE_BYTES: usize = 256;
 
 /// The memory for the curve of a row, and its place in another order.
@@ -102,7 +102,7 @@ pub(super) struct Rows<'a> {
     groups: [Group; GROUPS.len()],
     /// The cell of the parameter, and the parameters.
     t: Option<(usize, Vec<f64>)>,
-    /// How the times are written, if they are dates, and how those of every curve are.
+    /// How times are written if they are dates, for the file and for each curve.
     clock: Option<Clock>,
     clocks: Vec<Option<Clock>>,
     /// One flag per curve.
@@ -310,7 +310,7 @@ impl Cells<'_> {
         number.map_err(|()| self.wrong(cell, "which is no number: mend it, or remove the row"))
     }
 
-    /// The time in a cell: a number, or a date as in the rows before, of all curves and of its own.
+    /// The time in a cell: a number, or a date in the way of the rows before.
     fn time(
         &self,
         cell: usize,

@@ -1,5 +1,5 @@
-//! What the positions of a line have: their times, and columns. An array each, with an entry a position in the same order, and
-//! where the line is cut, one a part.
+//! Times and columns of the positions of a line: one array each, with an entry per position in the
+//! same order. If the line is cut, there is one array per part.
 
 use std::io;
 

@@ -73,8 +73,8 @@ impl<'a> Lines<'a> {
         (i, point - self.offsets[i])
     }
 
-    /// The dimension, the coordinates, and the lines none of whose positions has an altitude, which become 0. Other
-    /// altitudes that are missing are NaN.
+    /// The dimension, the coordinates, and the lines none of whose positions has an altitude, which
+    /// become 0. Other altitudes that are missing are NaN.
     pub fn interleave(&mut self, drop_z: bool) -> (usize, Vec<f64>, Vec<usize>) {
         let xy = std::mem::take(&mut self.xy);
         if drop_z || !self.has_z {
@@ -148,7 +148,7 @@ impl<'de> Visitor<'de> for List<'_, '_> {
 
 /// A position: two numbers, and perhaps an altitude.
 ///
-/// Further numbers are passed over, as RFC 7946 allows.
+/// Further numbers are skipped, as RFC 7946 allows.
 ///
 /// A position that is null, or lacks a number, makes its line invalid.
 struct Position<'l, 'a>(&'l mut Lines<'a>);

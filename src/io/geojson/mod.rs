@@ -2,7 +2,7 @@
 //!
 //! The document's text is kept without its coordinates. So features, order, ids, properties,
 //! foreign members and even the layout come back unchanged. Neither reading nor writing builds a
-//! tree of numbers. (The `geojson` crate holds each position in a vector of its own and numbers of
+//! tree of numbers. (The `geojson` crate allocates a vector for each position and holds numbers of
 //! properties as f64. The tests use it as a second opinion.)
 
 mod along;
@@ -94,9 +94,9 @@ struct Mark {
 enum Shape {
     /// LineString: one curve.
     Line,
-    /// MultiLineString: so many curves.
+    /// MultiLineString: the number of its curves.
     Lines(usize),
-    /// Polygon: so many rings.
+    /// Polygon: the number of its rings.
     Polygon(usize),
     /// MultiPolygon: the rings of each polygon.
     Polygons(Vec<usize>),

@@ -201,7 +201,8 @@ impl<'a> Reader<'a> {
         Ok(())
     }
 
-    /// Notes where the status of a feature's curves belongs: before its properties, which may be missing.
+    /// Notes where the status of a feature's curves belongs: before its properties, which may be
+    /// missing.
     fn mark_feature(&mut self, members: &Members<'a>, first: usize) {
         let properties = members.get("properties");
         let own: Option<Members> = properties.and_then(|own| serde_json::from_str(own.get()).ok());
@@ -315,8 +316,8 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// The pole that the rings of a polygon wind round, of those from `first` on: that beyond its hole, or else the
-    /// nearer one.
+    /// The pole that the rings of a polygon wind round, of those from `first` on: that beyond its
+    /// hole, or else the nearer one.
     fn find_pole(&mut self, first: usize) {
         let mean = |(i, ..): &(usize, Vec<f64>, f64)| longitude::mean_latitude(&self.lines.xy[self.lines.range(*i)], 2);
         let latitude = match &self.framed[first..] {
@@ -474,10 +475,8 @@ impl<'a> Reader<'a> {
         (!self.framed.is_empty()).then_some(note)
     }
 
-    /// Names of the curves: the features' properties `curve` if they tell all features apart, else
-    /// their numbers.
-    ///
-    /// If a feature has several curves, `/part` is added.
+    /// Names of the curves: the features' properties `curve` if those are unique, else the
+    /// features' numbers.
     fn names(&self) -> Vec<String> {
         let ends = self.features.iter().skip(1).map(|(first, _)| *first).chain([self.rings.len()]);
         let groups = self.features.iter().zip(ends).enumerate();

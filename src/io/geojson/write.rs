@@ -20,9 +20,9 @@ pub(in crate::io) fn write(out: &mut dyn Write, batch: &CurveBatch, options: &Wr
     write_with(text, batch, &options.statuses, cut, true, &mut |text, i, ring| line(text, batch, i, ring))
 }
 
-/// Writes the batch with what `line` writes of each curve in place of its coordinates. It is told
-/// which of them are rings. On demand features have statuses, geometries are cut at the antimeridian, and lines have what
-/// their positions do.
+/// Writes the batch. `line` writes the coordinates of a curve, which is a ring or not. On demand
+/// features have statuses, geometries are cut at the antimeridian, and lines have the times and
+/// columns of their positions.
 pub(in crate::io) fn write_with(
     mut text: Text,
     batch: &CurveBatch,
@@ -176,14 +176,14 @@ pub(super) fn of_text(text: &str) -> serde_json::Value {
     number.map_or_else(|| text.into(), serde_json::Value::Number)
 }
 
-/// Whether a document of its own has a place for a column: a property, if each curve has one value, and for lines of
-/// GeoJSON one `along` their positions.
+/// Whether a new document has a place for a column: a property if each curve has one value, and for
+/// lines of GeoJSON a list `along` their positions.
 pub(in crate::io) fn holds(batch: &CurveBatch, column: &Column, along: bool) -> bool {
     let is_constant = |i: usize| batch.count(i) == 0 || of_curve(batch, column, i).is_some();
     is_own(batch) && (along || (0..batch.len()).all(is_constant))
 }
 
-/// Whether the batch is written into a document of its own, which has times of positions, too.
+/// Whether the batch is written into a new document, which has times of positions, too.
 pub(in crate::io) fn is_own(batch: &CurveBatch) -> bool {
     document(batch).is_none()
 }

@@ -1,6 +1,7 @@
 //! GPX, GPS Exchange, as receivers write tracks (topografix.com/GPX/1/1).
 //!
-//! The file is kept, to be written again with other points and all else as it was.
+//! The file is kept, to be written again with other points and all else as it was. (The `gpx` crate
+//! drops extensions, such as heart rates, and the layout.)
 
 mod read;
 mod write;

@@ -84,7 +84,7 @@ pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBa
     };
     let batch = CurveBatch::from_file(2, coords, offsets, Arc::new(origin))?;
     let mut batch = batch.with_parameters(times)?.with_columns(columns)?;
-    // The first of a curve is said.
+    // The report names the first of a curve.
     for (point, what) in misplaced.iter().rev() {
         let i = batch.offsets().partition_point(|offset| offset <= point) - 1;
         batch.refuse(i, point - batch.offsets()[i], what);
@@ -92,7 +92,7 @@ pub(super) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBa
     close_as_marked(batch, options.closed, vec![])
 }
 
-/// Points as they are read. What they lack is NaN.
+/// Points as they are read. Missing values are NaN.
 struct Points<'a> {
     source: &'a Source<'a>,
     text: &'a str,
@@ -105,9 +105,9 @@ struct Points<'a> {
     /// Other numbers of points, by the names of the elements around them.
     numbers: Vec<Numbers>,
     places: HashMap<String, usize>,
-    /// Points without a place, and what is wrong with them.
+    /// Points whose longitude or latitude cannot be read, and why.
     misplaced: Vec<(usize, String)>,
-    /// Elevations and times that are none.
+    /// Elevations and times that cannot be read.
     unread: Vec<String>,
 }
 
@@ -116,7 +116,7 @@ struct Numbers {
     path: String,
     of: Vec<(usize, f64)>,
     is_whole: bool,
-    /// Whether some are no numbers. Then all are passed over.
+    /// Whether some are not numbers. Then the column is skipped.
     is_text: bool,
 }
 
@@ -205,7 +205,7 @@ impl<'a> Points<'a> {
         }
     }
 
-    /// What is worth a line: what is not read.
+    /// Notes of what is not read.
     fn notes(&self, waypoints: usize) -> Vec<String> {
         let mut notes = Vec::new();
         let texts: BTreeSet<&str> = self.numbers.iter().filter(|own| own.is_text).map(|own| local(&own.path)).collect();
@@ -225,7 +225,7 @@ impl<'a> Points<'a> {
         notes
     }
 
-    /// Leaves times at all points of a curve, or at none. What is worth a line about that.
+    /// Drops the times of curves that lack some. Returns a note of such curves.
     fn whole_times(&mut self, offsets: &[usize], names: &[String]) -> Option<String> {
         let mut partly = Vec::new();
         for i in 0..offsets.len() - 1 {
@@ -241,7 +241,7 @@ impl<'a> Points<'a> {
         Some(format!("{have} points without a time, such as {first}: times of such curves are left out"))
     }
 
-    /// Elevations and other numbers as columns, and where they stand in the file.
+    /// Elevations and other numbers as columns, and their elements in the file.
     fn columns(&mut self) -> Result<(Vec<Column>, Vec<Value>)> {
         let (mut columns, mut values) = (Vec::new(), Vec::new());
         if self.elevations.iter().any(|elevation| !elevation.is_nan()) {

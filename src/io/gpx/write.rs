@@ -35,7 +35,7 @@ fn fill(text: &mut Text, batch: &CurveBatch, document: &Document) -> io::Result<
     text.push(&document.text[done..])
 }
 
-/// Writes a file of its own.
+/// Writes a new file.
 fn collect(text: &mut Text, batch: &CurveBatch) -> io::Result<()> {
     text.push("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n")?;
     text.push("<gpx version=\"1.1\" creator=\"faircurve\" xmlns=\"http://www.topografix.com/GPX/1/1\">\n")?;

@@ -1,4 +1,4 @@
-//! CSV: rows of numbers, one grid a block, with a blank line between two.
+//! CSV: rows of numbers, one grid per block, with a blank line between two.
 
 use std::io::{self, Write};
 
@@ -59,7 +59,7 @@ impl Blocks {
             return Err(source.error(
                 line,
                 format!(
-                    "the row has {columns} numbers, but those of its grid, which began on line {}, have {}: add or remove numbers, or put a \
+                    "the row has {columns} numbers, but the rows of its grid, which began on line {}, have {}: add or remove numbers, or put a \
                      blank line between two grids",
                     self.first_line, self.shape[1]
                 ),

@@ -2,13 +2,13 @@
 //!
 //! | format | read | written |
 //! |---|---|---|
-//! | [CSV](GridFormat::Csv) | rows of numbers without a header, a blank line between two grids: heights, one value a point | the same |
+//! | [CSV](GridFormat::Csv) | rows of numbers without a header, a blank line between two grids: heights, one value per point | the same |
 //! | [NPZ](GridFormat::Npz) | array `grids` of the shape (B, rows, columns) or (B, rows, columns, d), or (rows, columns) for a single grid; grids of several shapes as `grids_0`, `grids_1`, … of (rows, columns) or (rows, columns, d) | the same |
-//! | [OBJ](GridFormat::Obj) | | meshes of quadrangles, one object a grid |
-//! | [SVG](GridFormat::Svg) | | shaded pictures, one panel a grid |
+//! | [OBJ](GridFormat::Obj) | | meshes of quadrangles, one object per grid |
+//! | [SVG](GridFormat::Svg) | | shaded pictures, one panel per grid |
 //!
-//! Rules for numbers, `.gz`, `-` and files that exist are those of [`io`](super). Numbers read back
-//! to the same bits, NaN and infinite ones too.
+//! The rules of [`io`](super) hold for numbers, `.gz`, `-` and files that exist. Numbers read back
+//! to the same bits, including NaN and infinity.
 
 mod csv;
 mod npz;
@@ -121,7 +121,7 @@ impl fmt::Display for GridFormat {
 /// How a file of grids is written.
 #[derive(Clone, Debug)]
 pub struct GridWrite<'a> {
-    /// The format. By default that of the extension.
+    /// The format. By default the format of the extension.
     pub format: Option<GridFormat>,
     /// Whether a file that exists is replaced. False by default.
     pub overwrite: bool,
@@ -147,7 +147,8 @@ impl Default for GridWrite<'_> {
 
 /// Reads grids from a file, or from standard input for `-` (then the format must be given).
 ///
-/// A value that is NaN or infinite is kept. It is a fault of its grid and not of the file. Blank cells of CSV, `NA` and the like are NaN.
+/// A value that is NaN or infinite is kept. It is a fault of its grid and not of the file. Blank
+/// cells of CSV, `NA` and the like are NaN.
 ///
 /// ```
 /// let grids = faircurve::io::grids::read("examples/data/heights.csv", None)?;

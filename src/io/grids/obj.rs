@@ -1,4 +1,4 @@
-//! OBJ: meshes of quadrangles, one object a grid.
+//! OBJ: meshes of quadrangles, one object per grid.
 //!
 //! A grid of one row or column is a polyline. A grid of one point is a point.
 

@@ -1,4 +1,4 @@
-//! SVG: a sheet of shaded pictures, one panel a grid.
+//! SVG: a sheet of shaded pictures, one panel per grid.
 
 use std::io::{self, Write};
 

@@ -31,7 +31,7 @@ impl<'a> Archive<'a> {
         let bytes = source.bytes()?;
         let packed_bytes = bytes.len() as u64;
         // The zip crate takes memory for as many entries as the archive claims. Each entry has at
-        // least so many bytes.
+        // least that many bytes.
         if entries(&bytes).is_some_and(|entries| entries > packed_bytes / ENTRY_BYTES) {
             return Err(
                 source.error(None, "the archive claims more arrays than it has bytes for: write the file again")

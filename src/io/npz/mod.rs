@@ -3,8 +3,8 @@
 //! An archive has `coords` (N, d) and `offsets` (B + 1). It may have `t` (N), `weight` (N), `known`
 //! (N), `closed` (B) and `names` (B). Other arrays, with an entry a point, travel along on demand.
 //!
-//! Streamlines as nibabel keeps them are read, too, and written again so: `data` (N, d), and `offsets`
-//! and `lengths` (B), the first point of each and the number of its points.
+//! Streamlines as nibabel keeps them are read, too, and written again so: `data` (N, d), and
+//! `offsets` and `lengths` (B), the first point of each and the number of its points.
 
 mod archive;
 

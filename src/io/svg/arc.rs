@@ -1,6 +1,7 @@
 //! [`Arc`]: an arc of an ellipse, by its end points.
 //!
-//! Points are measured from the start, so that they keep their digits where the radius is much larger than the arc.
+//! Points are measured from the start, so that they keep their digits where the radius is much
+//! larger than the arc.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -14,13 +15,14 @@ pub(super) struct Arc {
     radii: Vec2,
     /// Of the ellipse's axes, in radians.
     rotation: f64,
-    /// The angle at the start, before the rotation, and the angle to the end, where the ellipse is the unit circle.
+    /// The angle at the start, before the rotation, and the angle to the end, where the ellipse is
+    /// the unit circle.
     start: f64,
     sweep: f64,
 }
 
-/// Cubics over these parts of a turn are within this of the unit circle, and the distance falls with the sixth power of the
-/// number of parts.
+/// Cubics over these parts of a turn are within this of the unit circle, and the distance falls
+/// with the sixth power of the number of parts.
 const TURN_PIECES: f64 = 4.0;
 const QUARTER_ERROR: f64 = 2.726e-4;
 
@@ -28,7 +30,8 @@ const QUARTER_ERROR: f64 = 2.726e-4;
 const ROUNDING: f64 = 1e-7;
 
 impl Arc {
-    /// The arc of an SVG path (<https://www.w3.org/TR/SVG2/implnote.html#ArcImplementationNotes>). `None` for what is straight.
+    /// The arc of an SVG path (<https://www.w3.org/TR/SVG2/implnote.html#ArcImplementationNotes>).
+    /// `None` for what is straight.
     pub fn between(
         from: Point,
         to: Point,
@@ -38,7 +41,8 @@ impl Arc {
     ) -> Option<Self> {
         let (rx, ry) = (radii.x.abs(), radii.y.abs());
         let half = 0.5 * turned(to - from, -rotation);
-        // Half the chord where the ellipse is the unit circle, and its length, which grows radii that are too small.
+        // Half the chord where the ellipse is the unit circle, and its length, which grows radii
+        // that are too small.
         let half = Vec2::new(half.x / rx, half.y / ry);
         let length = half.hypot();
         if !(length > 0.0 && length.is_finite()) {
@@ -92,8 +96,8 @@ impl Arc {
         })
     }
 
-    /// Points on the arc after its start, of which the last is its end. Their chords are within a distance (> 0) of the arc,
-    /// each over a quarter of a turn at most.
+    /// Points on the arc after its start, of which the last is its end. Their chords are within a
+    /// distance (> 0) of the arc, each over a quarter of a turn at most.
     pub fn points(self, within: f64, most: f64) -> impl ExactSizeIterator<Item = Point> {
         // A chord over the angle a is 1 − cos(a/2) away, at most a²/8.
         let count = self.count((TAU / (8.0 * self.of_radius(within)).sqrt()).clamp(TURN_PIECES, most.max(TURN_PIECES)));

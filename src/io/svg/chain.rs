@@ -37,7 +37,7 @@ pub(super) fn steps(vertices: &Vertices, element: PathEl, within: f64) -> Option
 /// The most points of one segment.
 pub(super) const MOST_STEPS: f64 = 1000.0;
 
-/// Adds the points of a cubic at the ends of so many steps.
+/// Adds the points of a cubic at the ends of `steps` equal steps of its parameter.
 pub(super) fn add_sampled(vertices: &mut Vertices, cubic: CubicBez, steps: usize) {
     vertices.extend((1..steps).map(|k| cubic.eval(k as f64 / steps as f64)));
     vertices.push(cubic.p3);

@@ -1,5 +1,5 @@
-//! [`Drawing`]: the document that a drawing was read from, so that it can be written again with other
-//! paths and all else as it was.
+//! [`Drawing`]: the document that a drawing was read from, so that it can be written again with
+//! other paths and all else as it was.
 
 use std::ops::Range;
 
@@ -20,7 +20,7 @@ pub(super) struct Drawing {
 /// An element that draws curves.
 #[derive(Debug)]
 pub(super) struct Element {
-    /// From the element's coordinates to those of the drawing, and back.
+    /// From the element's coordinates to the drawing's, and back.
     pub affine: Affine,
     pub inverse: Affine,
     /// Its curves.
@@ -43,7 +43,8 @@ const GEOMETRY: [&str; 14] =
     ["points", "x", "y", "x1", "y1", "x2", "y2", "width", "height", "r", "cx", "cy", "rx", "ry"];
 
 impl Drawing {
-    /// Notes that an element draws curves, unless its text is not in its place in the document; whether it is.
+    /// Notes that an element draws curves, unless its text is not in its place in the document;
+    /// whether it is.
     pub fn add(&mut self, text: &str, node: Node, element: Element) -> bool {
         let before = self.edits.len();
         let is_found = self.edit(text, node).is_some();
@@ -66,7 +67,8 @@ impl Drawing {
             self.edits.push((data, number, Edit::Data));
             return Some(());
         }
-        // Another element becomes a path: its name changes, at its end too, and `d` takes the place of its attributes.
+        // Another element becomes a path: its name changes, at its end too, and `d` takes the place
+        // of its attributes.
         let range = node.range();
         let whole = text.get(range.clone())?;
         let name = whole.strip_prefix('<')?.split(|c: char| c.is_ascii_whitespace() || c == '/' || c == '>').next()?;

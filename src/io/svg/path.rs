@@ -43,7 +43,7 @@ pub(super) fn parse(data: &str) -> Result<Vec<Segment>, String> {
     }
     let mut pen = Pen::default();
     for segment in PathParser::from(data) {
-        pen.draw(segment.map_err(|error| unread("path data", data, &error))?);
+        pen.draw(segment.map_err(|error| unread("path data", data, &error, "mend it"))?);
     }
     Ok(pen.path)
 }
@@ -51,7 +51,7 @@ pub(super) fn parse(data: &str) -> Result<Vec<Segment>, String> {
 /// The segments from point to point of an attribute `points`.
 pub(super) fn through(points: &str, closed: bool) -> Result<Vec<Segment>, String> {
     let numbers: Result<Vec<f64>, _> = NumberListParser::from(points).collect();
-    let numbers = numbers.map_err(|error| unread("list of points", points, &error))?;
+    let numbers = numbers.map_err(|error| unread("list of points", points, &error, "mend it"))?;
     let (points, odd) = numbers.as_chunks::<2>();
     if let [x] = odd {
         return Err(format!("its list of points ends with an x, {x}, that has no y: add it, or remove the x"));
@@ -65,7 +65,7 @@ pub(super) fn through(points: &str, closed: bool) -> Result<Vec<Segment>, String
 }
 
 /// Names the place where data cannot be read on.
-fn unread(what: &str, data: &str, error: &Error) -> String {
+pub(super) fn unread(what: &str, data: &str, error: &Error, remedy: &str) -> String {
     let at = match *error {
         Error::UnexpectedData(at)
         | Error::InvalidNumber(at)
@@ -74,7 +74,7 @@ fn unread(what: &str, data: &str, error: &Error) -> String {
         _ => None,
     };
     match at.map(|(at, _)| data[at..].trim()).filter(|rest| !rest.is_empty()) {
-        Some(rest) => format!("its {what} cannot be read from {} on: mend it", quoted(rest)),
+        Some(rest) => format!("its {what} cannot be read from {} on: {remedy}", quoted(rest)),
         None => format!("its {what} ends where a number must follow: complete it"),
     }
 }
@@ -98,7 +98,7 @@ impl Pen {
             true => Point::new(x, y),
             false => from + Vec2::new(x, y),
         };
-        // A shorthand goes on from a curve of its own kind, and else starts without a handle.
+        // A shorthand continues a curve of the same kind, and else starts without a handle.
         let mirrored = |control: Option<Point>| control.map_or(from, |control| from + (from - control));
         let (cubic, quadratic) = (mirrored(self.cubic.take()), mirrored(self.quadratic.take()));
         if self.is_closed && !matches!(segment, PathSegment::MoveTo { .. }) {

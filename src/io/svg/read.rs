@@ -1,15 +1,17 @@
-//! Reading: each subpath of `<path>`, and each `<polyline>`, `<polygon>`, `<line>`, `<rect>`, `<circle>`
-//! and `<ellipse>`, is a curve.
+//! Reading: each subpath of `<path>`, and each `<polyline>`, `<polygon>`, `<line>`, `<rect>`,
+//! `<circle>` and `<ellipse>`, is a curve.
 //!
 //! - The vertices are the data points. Of curved segments (C, S, Q, T, A) only points on the curve
 //!   are taken: the end of the segment, and for an arc also the ends of its quarter turns.
 //! - On demand there are points between, as many as the curve asks for, or the data points are the
 //!   control points of the subpath as a chain of cubics instead.
 //! - y is turned over, so that it points up.
-//! - `transform` attributes are applied. `viewBox` and styles are not. Lengths may have units, 96 to an inch.
+//! - `transform` attributes are applied. `viewBox` and styles are not. Lengths may have units, 96
+//!   to an inch.
 //! - An element that cannot be read is a curve without points, whose problem says why.
 //! - What is only defined (`defs`, `symbol`, `clipPath`, `mask`, `marker`, `pattern`) is passed
-//!   over, and so are texts, images and what `use` repeats. So is what a transform without an inverse hides.
+//!   over, and so are texts, images and what `use` repeats. So is what a transform without an
+//!   inverse hides.
 //! - The document is kept, to be written again with other paths.
 
 use std::collections::BTreeMap;
@@ -64,7 +66,7 @@ pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<
     drawing.text = text.clone();
     let passed_over: Vec<String> = curves.passed_over.iter().map(|(name, count)| format!("{count} {name}")).collect();
     let passed_over = (!passed_over.is_empty())
-        .then(|| format!("{} passed over: only what has a shape of its own is read", listed(passed_over)));
+        .then(|| format!("{} passed over: only elements with a shape are read", listed(passed_over)));
     let left = |labels: Vec<String>, why: &str| {
         (!labels.is_empty()).then(|| format!("{why}, and left as it is: {}", listed(labels)))
     };
@@ -118,7 +120,7 @@ impl Curves<'_> {
             }
             let affine = outer.and_then(|outer| match node.attribute("transform").map(transform::parse) {
                 Some(Ok(inner)) => Ok(outer * inner),
-                Some(Err(what)) => Err(Rc::from(self.sentence(node, &format!("transform: {what}")))),
+                Some(Err(what)) => Err(Rc::from(self.sentence(node, &what))),
                 None => Ok(outer),
             });
             let viewport = if name == "svg" { Viewport::of(node, viewport) } else { viewport };
@@ -230,9 +232,8 @@ impl Curves<'_> {
         Ok(())
     }
 
-    /// Names of the curves: ids if every element has one of its own, else the elements' numbers.
-    ///
-    /// If a path has several subpaths, `/part` is added.
+    /// Names of the curves: the ids of their elements if those are unique, else the elements'
+    /// numbers.
     fn names(&self) -> Vec<String> {
         let ends = self.ids.iter().skip(1).map(|(_, first)| *first).chain([self.closed.len()]);
         let elements = self.ids.iter().zip(ends).filter(|((_, first), end)| end > first).enumerate();
@@ -254,7 +255,8 @@ fn label(node: Node) -> String {
     format!("<{}>{id}", shortened(node.tag_name().name()))
 }
 
-/// The larger side of the box around a path's control points, which is not finite if one of them is not.
+/// The larger side of the box around a path's control points, which is not finite if one of them is
+/// not.
 fn size(path: &[Segment], affine: Affine) -> f64 {
     let mut bounds: Option<Rect> = None;
     for element in path.iter().flat_map(|segment| segment.elements(affine, f64::INFINITY)) {

@@ -3,24 +3,22 @@
 use kurbo::Affine;
 use svgtypes::Transform;
 
-use super::path::largest_scale;
-use crate::error::quoted;
+use super::path::{largest_scale, unread};
 
 /// Reads a list of transforms, applied from right to left.
 pub(super) fn parse(text: &str) -> Result<Affine, String> {
     if text.trim() == "none" {
         return Ok(Affine::IDENTITY);
     }
-    let Transform { a, b, c, d, e, f } = text.parse().map_err(|_| {
-        format!(
-            "{} cannot be read: translate, scale, rotate, matrix, skewX and skewY are possible, with numbers without units",
-            quoted(text)
-        )
+    let Transform { a, b, c, d, e, f } = text.parse().map_err(|error| {
+        let possible = "translate, scale, rotate, matrix, skewX and skewY are possible, with numbers without units";
+        unread("transform", text, &error, possible)
     })?;
     Ok(Affine::new([a, b, c, d, e, f]))
 }
 
-/// Transforms that lengthen some vectors by this much more than others leave no digits on the way back.
+/// Transforms that lengthen some vectors by this much more than others leave no digits on the way
+/// back.
 const MOST_CONDITION: f64 = 1e12;
 
 /// The inverse. `None` if there is none: what such a transform draws is not seen.

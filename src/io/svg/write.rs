@@ -1,5 +1,5 @@
-//! Writing: the drawing that was read with other path data, or one `<path>` a curve and a `viewBox` that
-//! fits. y is turned over, since SVG's y points down.
+//! Writing: the drawing that was read with other path data, or one `<path>` a curve and a `viewBox`
+//! that fits. y is turned over, since SVG's y points down.
 
 use std::borrow::Cow;
 use std::io::{self, Write};
@@ -15,10 +15,10 @@ use crate::bounds::Bounds;
 use crate::io::text::Text;
 use crate::io::{WriteOptions, is_finite};
 
-/// A transform leaves so many digits of a coordinate as they were, of about sixteen.
+/// A transform preserves this many digits of a coordinate, of about sixteen.
 const KEPT_DIGITS: f64 = 13.0;
 
-/// The most decimals that they are rounded to.
+/// The most decimals to which transformed coordinates are rounded.
 const MOST_DECIMALS: f64 = 300.0;
 
 /// The margin around the drawing, as a part of its larger side.
@@ -26,8 +26,9 @@ const MARGIN: f64 = 0.02;
 
 /// Writes the batch, into the drawing that it came from if there is one.
 ///
-/// With `decimals` coordinates are rounded. With `beziers` the points of each curve are a chain of cubic control points. With `rounding`
-/// they are written in relative steps, rounded to a power of ten of no more than this.
+/// With `decimals` coordinates are rounded. With `beziers` the points of each curve are a chain of
+/// cubic control points. With `rounding` they are written in relative steps, rounded to a power of
+/// ten of no more than this.
 pub(in crate::io) fn write(out: &mut dyn Write, batch: &CurveBatch, options: &WriteOptions) -> io::Result<()> {
     let WriteOptions { beziers, rounding, decimals, .. } = *options;
     let mut text = Text::new(out).with_decimals(decimals);
@@ -138,26 +139,13 @@ fn subpath(
     unit: Option<f64>,
     place: impl Fn(&[f64]) -> [f64; 2],
 ) -> io::Result<()> {
-    match unit.filter(|_| batch.problem(i).is_none()) {
-        _ if !is_finite(batch, i) => Ok(()),
-        Some(unit) => rounded_path(text, batch, i, unit, place),
-        None => path(text, batch, i, beziers, place),
-    }
-}
-
-fn path(
-    text: &mut Text,
-    batch: &CurveBatch,
-    i: usize,
-    beziers: bool,
-    place: impl Fn(&[f64]) -> [f64; 2],
-) -> io::Result<()> {
     let points = batch.points(i);
-    if points.is_empty() {
+    if points.is_empty() || !is_finite(batch, i) {
         return Ok(());
     }
     if beziers {
-        return chain(text, points, batch.is_closed(i), place);
+        let unit = unit.filter(|_| batch.problem(i).is_none());
+        return chain(text, points, batch.is_closed(i), unit, place);
     }
     for (k, point) in points.chunks_exact(2).enumerate() {
         text.push(match k {
@@ -171,27 +159,63 @@ fn path(
 }
 
 /// A chain of cubics. Pieces that reading makes of lines are lines.
-fn chain(text: &mut Text, points: &[f64], closed: bool, place: impl Fn(&[f64]) -> [f64; 2]) -> io::Result<()> {
+///
+/// With `unit` points are rounded, and written as steps from one rounded point to another, so that
+/// rounding does not add up.
+fn chain(
+    text: &mut Text,
+    points: &[f64],
+    closed: bool,
+    unit: Option<f64>,
+    place: impl Fn(&[f64]) -> [f64; 2],
+) -> io::Result<()> {
+    let rounded = |point: &[f64]| place(point).map(|x| unit.map_or(x, |unit| (x * unit).round()));
     let first = &points[..2];
     text.push("M")?;
-    text.point(&place(first), ",")?;
+    text.point(&rounded(first).map(|x| unit.map_or(x, |unit| x / unit + 0.0)), ",")?;
     let closing = (closed && points.len() > 2).then_some(first);
     let rest: Vec<&[f64]> = points[2..].chunks_exact(2).chain(closing).collect();
-    let (mut from, mut before) = (first, "M");
+    let (mut from, mut before) = (first, "");
     for (k, piece) in rest.chunks(3).enumerate() {
         let is_line = matches!(piece, &[b, c, d] if is_line([from, b, c, d]));
-        let command = if is_line { "L" } else { "C" };
-        // The last line of a closed chain is that of Z.
-        let shown = if is_line { &piece[2..] } else { piece };
-        let shown = if is_line && closed && 3 * (k + 1) == rest.len() { &[] } else { shown };
+        let command = match (is_line, unit) {
+            (true, None) => "L",
+            (true, Some(_)) => "l",
+            (false, None) => "C",
+            (false, Some(_)) => "c",
+        };
+        let shown = match is_line {
+            // Z draws the last line of a closed chain.
+            true if closed && 3 * (k + 1) == rest.len() => &[],
+            true => &piece[2..],
+            false => piece,
+        };
         for (j, point) in shown.iter().enumerate() {
-            text.push(if j == 0 && command != before { command } else { " " })?;
-            text.point(&place(point), ",")?;
+            let command = if j == 0 && command != before { command } else { " " };
+            match unit {
+                Some(unit) => step(text, command, rounded(from), rounded(point), unit)?,
+                None => {
+                    text.push(command)?;
+                    text.point(&place(point), ",")?;
+                }
+            }
         }
         (from, before) = (piece[piece.len() - 1], command);
     }
-    let repeats = points.len() > 2 && points[..2] == points[points.len() - 2..];
+    let repeats =
+        rest.last().is_some_and(|last| if unit.is_some() { rounded(last) == rounded(first) } else { *last == first });
     if closed || repeats { text.push("Z") } else { Ok(()) }
+}
+
+/// A step from one rounded point to another, after a command or a blank.
+fn step(text: &mut Text, command: &str, from: [f64; 2], to: [f64; 2], unit: f64) -> io::Result<()> {
+    // A minus separates, too. A negative zero would be longer.
+    for (axis, separator) in [(0, command), (1, " ")] {
+        let step = (to[axis] - from[axis]) / unit;
+        text.push(if step < 0.0 && separator == " " { "" } else { separator })?;
+        text.number(step + 0.0)?;
+    }
+    Ok(())
 }
 
 /// Whether a piece is, bit for bit, what reading makes of a line.
@@ -200,10 +224,10 @@ fn is_line(piece: [&[f64]; 4]) -> bool {
     a != d && straight(a, d) == [b, c, d]
 }
 
-/// How many steps of the rounding a unit has: a power of ten.
+/// The number of rounding steps in a unit, a power of ten.
 ///
-/// `None` if so many digits are more than the coordinates have. Curves that were not fitted do not
-/// count, and are written as they came in.
+/// `None` if coordinates do not have that many digits. Curves that were not fitted do not count,
+/// and are written as they were read.
 fn unit(batch: &CurveBatch, mut curves: Range<usize>, rounding: f64) -> Option<f64> {
     let places = (-rounding.log10()).ceil().max(0.0);
     let fitted = curves.by_ref().filter(|&i| batch.problem(i).is_none());
@@ -212,48 +236,6 @@ fn unit(batch: &CurveBatch, mut curves: Range<usize>, rounding: f64) -> Option<f
     // Up to this size multiples of the step are integers of f64.
     let unit = 10f64.powi(places as i32);
     (places <= 22.0 && largest * unit < 2f64.powi(52)).then_some(unit)
-}
-
-/// A chain of cubics in steps from one rounded point to another, so that rounding does not add up.
-fn rounded_path(
-    text: &mut Text,
-    batch: &CurveBatch,
-    i: usize,
-    unit: f64,
-    place: impl Fn(&[f64]) -> [f64; 2],
-) -> io::Result<()> {
-    let round = |point: &[f64]| place(point).map(|x| (x * unit).round());
-    let points = batch.points(i);
-    let Some(first) = points.get(..2).map(round) else { return Ok(()) };
-    text.push("M")?;
-    text.point(&first.map(|x| x / unit + 0.0), ",")?;
-    let closing = batch.is_closed(i).then_some(&points[..2]);
-    let (mut from, mut before) = (first, "m");
-    let rest: Vec<&[f64]> = points.chunks_exact(2).skip(1).chain(closing).collect();
-    for (k, piece) in rest.chunks_exact(3).enumerate() {
-        let start = if k == 0 { &points[..2] } else { rest[3 * k - 1] };
-        let (name, shown) = match is_line([start, piece[0], piece[1], piece[2]]) {
-            true => ("l", &piece[2..]),
-            false => ("c", piece),
-        };
-        // The last line of a closed chain is that of Z.
-        let shown = if name == "l" && closing.is_some() && 3 * (k + 1) == rest.len() { &[] } else { shown };
-        let mut command = if name == before { " " } else { name };
-        before = name;
-        for point in shown {
-            let to = round(point);
-            // A minus separates, too. A negative zero would be longer.
-            for (axis, separator) in [(0, command), (1, " ")] {
-                let step = (to[axis] - from[axis]) / unit;
-                text.push(if step < 0.0 && separator == " " { "" } else { separator })?;
-                text.number(step + 0.0)?;
-            }
-            command = " ";
-        }
-        from = round(piece[2]);
-    }
-    let repeats = rest.last().is_some_and(|last| round(last) == first);
-    if closing.is_some() || repeats { text.push("Z") } else { Ok(()) }
 }
 
 /// Left, top, width and height of what can be drawn: the fitted curves, or all curves if none was

@@ -13,12 +13,12 @@ use crate::topology::{Options, Topology};
 /// The name of the object of a document that names none.
 const OBJECT: &str = "features";
 
-/// Writes the batch, with coordinates of so many decimals, quantised, or of all.
+/// Writes the batch, quantised to the decimals asked for, or with all digits.
 pub(in crate::io) fn write(out: &mut dyn Write, batch: &CurveBatch, options: &WriteOptions) -> io::Result<()> {
     let WriteOptions { decimals, ref statuses, .. } = *options;
     let plain = batch.with_points(batch.coords().to_vec(), batch.offsets().to_vec());
     let shared = Options { geographic: false, ..Options::of(&plain) };
-    // Arcs are those of curves that have any: JSON has no number that is not finite.
+    // Curves that are not finite have no arcs: JSON has no such numbers.
     let drawn: Vec<usize> = (0..batch.len()).filter(|&i| is_finite(batch, i) && batch.count(i) > 0).collect();
     let topology = Topology::new(&plain.select(&drawn), &shared).map_err(io::Error::other)?;
     let mut features = Vec::new();

@@ -19,8 +19,9 @@ const LETTERS: [(u8, usize, bool); 6] =
 /// The map from a file's coordinates to millimetres (RAS+). `None` if the header gives no map that
 /// can be undone.
 ///
-/// Coordinates divided by the sizes of voxels, less one half, are voxels in the order that the header
-/// names. Axes are exchanged or turned round to the order of the matrix, which leads to millimetres.
+/// Coordinates divided by the sizes of voxels, less one half, are voxels in the order that the
+/// header names. Axes are exchanged or turned round to the order of the matrix, which leads to
+/// millimetres.
 pub(super) fn to_millimetres(header: Bytes, version: i32) -> Result<Option<DAffine3>, CutOff> {
     let at = |at: usize| Bytes { at, ..header };
     let mut sizes = at(VOXEL_SIZE);
@@ -53,7 +54,8 @@ pub(super) fn to_millimetres(header: Bytes, version: i32) -> Result<Option<DAffi
     Ok(usable.then_some(whole))
 }
 
-/// The axis that each column of a matrix is nearest to, no two the same one, and whether it leads up it.
+/// The axis that each column of a matrix is nearest to, no two the same one, and whether it leads
+/// up it.
 ///
 /// The nearest rotation is looked at, as nibabel's `io_orientation` does.
 fn axes(matrix: DMat3) -> [(usize, bool); 3] {

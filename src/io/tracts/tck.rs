@@ -1,5 +1,5 @@
-//! TCK, MRtrix's tracks: a text of fields, then triplets of floats, with NaN between streamlines and
-//! infinity at the end.
+//! TCK, MRtrix's tracks: a text of fields, then triplets of floats, with NaN between streamlines
+//! and infinity at the end.
 
 use std::io::{self, Write};
 use std::sync::Arc;
@@ -24,7 +24,7 @@ const MAGIC: &str = "mrtrix tracks";
 
 /// What is kept of a file.
 struct Header {
-    /// Lines of the header, but for those that are written anew.
+    /// Lines of the header, except the ones that writing makes.
     fields: Vec<Vec<u8>>,
     datatype: Datatype,
 }
@@ -122,7 +122,7 @@ fn write(out: &mut dyn Write, batch: &CurveBatch) -> io::Result<()> {
         text.push(b'\n');
     }
     text.extend(format!("datatype: {}\ncount: {}\n", datatype.word(), batch.len()).bytes());
-    // The length of the header depends on the digits of its own length.
+    // The header holds its own length, whose digits count.
     let end = |offset: usize| format!("file: . {offset}\nEND\n");
     let mut offset = text.len();
     while text.len() + end(offset).len() > offset {

@@ -1,8 +1,8 @@
-//! TRK, TrackVis' tracks: a header of 1,000 bytes, then the points of every streamline as floats, with
-//! scalars a point and properties a streamline.
+//! TRK, TrackVis' tracks: a header of 1,000 bytes, then the points of every streamline as floats,
+//! with scalars a point and properties a streamline.
 //!
-//! The layout is TrackVis' own (trackvis.org/docs, version 2). Scalars of several values are named as
-//! nibabel does: the name, a zero byte, and how many.
+//! The layout is TrackVis' own (trackvis.org/docs, version 2). Scalars of several values are named
+//! as nibabel does: the name, a zero byte, and how many.
 
 use std::io::{self, Write};
 use std::sync::Arc;
@@ -35,7 +35,7 @@ const COUNT: usize = 988;
 const VERSION: usize = 992;
 const SIZE: usize = 996;
 
-/// A header names so many scalars, and so many properties, with so many bytes each.
+/// A header names at most this many scalars, and as many properties, with this many bytes each.
 const NAMES: usize = 10;
 const NAME_BYTES: usize = 20;
 
@@ -48,7 +48,7 @@ struct Header {
     /// The columns that are scalars of points, and those that are properties of streamlines.
     columns: [Vec<String>; 2],
     streamlines: usize,
-    /// The properties of streamlines. Columns have no entry for those of no points.
+    /// The properties of streamlines. Columns have no entry for a streamline without points.
     properties: Vec<f64>,
 }
 
@@ -139,7 +139,7 @@ fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
     as_streamlines(CurveBatch::from_file(3, coords, offsets, Arc::new(origin))?.with_columns(columns)?, options)
 }
 
-/// The names of so many values, and names for those that have none.
+/// The names of `values` values. Values without a name are called `what`.
 fn names(head: &[u8; HEADER_BYTES], (_, start): (usize, usize), values: i16, what: &str) -> Option<Vec<Named>> {
     let (mut left, mut named) = (usize::try_from(values).ok()?, Vec::new());
     for slot in head[start..].chunks_exact(NAME_BYTES).take(NAMES).take_while(|slot| slot[0] != 0) {
@@ -188,7 +188,7 @@ fn header(batch: &CurveBatch) -> Option<&Header> {
     batch.origin().document.as_ref()?.downcast_ref()
 }
 
-/// The columns of points, and those of streamlines: those that were, and texts.
+/// The columns of points, and the columns of streamlines: the properties that were read, and texts.
 fn columns(batch: &CurveBatch) -> [Vec<&Column>; 2] {
     let is_property = |column: &&Column| match header(batch) {
         Some(header) => header.columns[1].contains(&column.name),
@@ -249,7 +249,7 @@ fn write(out: &mut dyn Write, batch: &CurveBatch) -> io::Result<()> {
     let read = header.filter(|header| header.streamlines == batch.len());
     let mut buffer = Vec::new();
     for i in 0..batch.len() {
-        // A number of points at equal lengths of what has no points are no numbers.
+        // Curves without points are sampled as NaN.
         let has_points = !batch.points(i).iter().all(|x| x.is_nan());
         let points = || streamline(batch, i).filter(|_| has_points);
         let first = batch.offsets()[i];

@@ -359,19 +359,19 @@ fn svg_that_cannot_be_read_names_the_line() {
         ("<polygon points='1,2 L3,4'/>", "<polygon>: its list of points cannot be read from \"L3,4\" on: mend it"),
         (
             "<g transform='turn(3)'><path d='M0,0 L1,1'/></g>",
-            "<g>: transform: there is no transform \"turn\": translate, scale, rotate, matrix, skewX and skewY are possible",
+            "<g>: its transform cannot be read from \"turn(3)\" on: translate, scale, rotate, matrix, skewX and skewY are possible, with numbers without units",
         ),
         (
             "<g transform='scale(1,2,3)'><g><line x2='1'/></g></g>",
-            "<g>: transform: scale has 3 numbers, which is not how many it takes",
+            "<g>: its transform cannot be read from \"3)\" on: translate, scale, rotate, matrix, skewX and skewY are possible, with numbers without units",
         ),
         (
             "<line x2='1' transform='rotate(45deg)'/>",
-            "<line>: transform: \"45deg\" is no list of numbers: give numbers without units",
+            "<line>: its transform cannot be read from \"deg)\" on: translate, scale, rotate, matrix, skewX and skewY are possible, with numbers without units",
         ),
         (
             "<line x2='1' transform='scale(nan)'/>",
-            "<line>: transform: \"nan\" is no list of numbers: give numbers without units",
+            "<line>: its transform cannot be read from \"nan)\" on: translate, scale, rotate, matrix, skewX and skewY are possible, with numbers without units",
         ),
         ("<circle r='2em'/>", "<circle>: r is \"2em\": sizes of fonts are not read: give it in px"),
         (

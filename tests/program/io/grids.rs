@@ -97,12 +97,13 @@ fn csv_is_rows_of_numbers_with_a_blank_line_between_grids() {
 fn csv_that_is_no_grid_is_named_by_line_and_column() {
     assert_eq!(
         complaint("1,2\n3\n"),
-        "a.csv, line 2: the row has 1 numbers, but those of its grid, which began on line 1, have 2: add or remove numbers, or put a \
+        "a.csv, line 2: the row has 1 numbers, but the rows of its grid, which began on line 1, have 2: add or remove numbers, or put a \
          blank line between two grids"
     );
     assert!(
-        complaint("1\n\n1,2\n3,4\n5,6,7\n")
-            .starts_with("a.csv, line 5: the row has 3 numbers, but those of its grid, which began on line 3, have 2")
+        complaint("1\n\n1,2\n3,4\n5,6,7\n").starts_with(
+            "a.csv, line 5: the row has 3 numbers, but the rows of its grid, which began on line 3, have 2"
+        )
     );
     assert_eq!(complaint("1,2\n3,high\n"), "a.csv, line 2: column 2 holds \"high\", which is no number: mend it");
     assert_eq!(

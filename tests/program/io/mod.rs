@@ -1,6 +1,7 @@
 //! Files in and out: what is written reads back to the same bits, bad files are sentences, real
 //! data comes in whole.
 
+mod atomic;
 mod bombs;
 mod controls;
 mod damage;
@@ -10,12 +11,14 @@ mod errors;
 mod formats;
 mod gpx;
 mod grids;
+mod meshes;
 mod npz;
 mod odd;
 mod real_data;
 mod rows;
 mod sentences;
 mod streams;
+mod surfaces;
 mod tracts;
 
 use std::path::Path;

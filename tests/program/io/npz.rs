@@ -87,7 +87,7 @@ fn npz_arrays_that_do_not_fit_are_named() {
     );
     assert_eq!(
         say(&[coords, offsets, ("t", "<f8", "(3,)", &zeros[..24])]),
-        "a.npz: array t has 3 entries for 2 points: give one a point"
+        "a.npz: array t has 3 entries for 2 points: give one per point"
     );
     assert_eq!(
         say(&[coords, offsets, ("closed", "|b1", "(1, 1)", &zeros[..1])]),
@@ -99,7 +99,7 @@ fn npz_arrays_that_do_not_fit_are_named() {
     );
     assert_eq!(
         say(&[coords, offsets, ("known", "|b1", "(3,)", &zeros[..3])]),
-        "a.npz: array known has 3 entries for 2 points: give one a point"
+        "a.npz: array known has 3 entries for 2 points: give one per point"
     );
     assert_eq!(
         say(&[coords, offsets, ("known", "<f8", "(2,)", &zeros[..16])]),
