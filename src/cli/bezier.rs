@@ -14,7 +14,7 @@ use super::output::title;
 use super::polygons::{Plan, PlanArgs};
 use super::run::{Run, RunArgs};
 use super::sampling::{per_span, points};
-use super::{count, thousands};
+use super::{count, positive, thousands};
 
 /// Arcs of a drawing become cubics within this part of --tolerance.
 const ARCS: f64 = 0.01;
@@ -36,11 +36,11 @@ pub struct BezierArgs {
     /// The curves are the nearest ones with the same ends.
     #[arg(long, value_name = "N", allow_negative_numbers = true, conflicts_with = "elevate", help_heading = "Béziers")]
     reduce: Option<i64>,
-    /// Segments a piece, with --as polyline [default: 16]
+    /// Segments per piece, with --as polyline [default: 16]
     #[arg(long, value_name = "N", allow_negative_numbers = true, help_heading = "Output")]
     samples: Option<i64>,
-    /// Largest distance of the new cubics from the curves given, with --simplify; of cubics in SVG from
-    /// arcs and from curves of higher degree else
+    /// Largest distance of the new cubics from the curves given, with --simplify; of cubics in SVG
+    /// from arcs and from curves of higher degree else
     ///
     /// In units of the input [default: 1e-6 of the size, none with --simplify].
     #[arg(long, value_name = "T", allow_negative_numbers = true, help_heading = "Output")]
@@ -101,14 +101,11 @@ impl BezierArgs {
         }
         per_span(self.samples)?;
         if let Some(tolerance) = self.tolerance {
-            if !(tolerance > 0.0 && tolerance.is_finite()) {
-                return Err(Error::argument(format!(
-                    "--tolerance is {tolerance}; it must be a positive length in units of the input, such as --tolerance 0.001"
-                )));
-            }
-            if self.plan.simplifies() {
-                // Simplified curves may be written as anything.
-            } else if self.shape == Shape::Polyline || self.curves.format() != Some(Format::Svg) {
+            let why = "it must be a positive length in units of the input, such as --tolerance 0.001";
+            positive("--tolerance", tolerance, why)?;
+            let draws = self.shape == Shape::Bezier && self.curves.format() == Some(Format::Svg);
+            // Simplified curves may be written as anything.
+            if !self.plan.simplifies() && !draws {
                 return Err(Error::argument(format!(
                     "--tolerance {tolerance} is how near cubics come to curves of higher degree in SVG, which is not written \
                      here: leave it out"
@@ -134,15 +131,7 @@ impl BezierArgs {
     }
 
     fn write_options(&self, beziers: bool) -> WriteOptions {
-        WriteOptions {
-            format: self.curves.to,
-            overwrite: self.run.force,
-            beziers,
-            rounding: self.rounding(beziers),
-            decimals: self.curves.digits,
-            antimeridian: self.curves.antimeridian,
-            ..WriteOptions::default()
-        }
+        self.curves.write_options(self.run.force, beziers, self.rounding(beziers))
     }
 
     /// What coordinates of simplified curves in SVG may move by rounding.

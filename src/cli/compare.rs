@@ -4,7 +4,7 @@ pub mod difference;
 
 use clap::Args;
 use faircurve::{Choice, CurveBatch, Device, Error, Precision, Result, Sampling, Work};
-use serde::Serialize;
+use serde_json::{Map, Value, json};
 
 use self::difference::{Bounds, Outcome, Timed};
 use super::device::{self, Description, DeviceArgs};
@@ -14,7 +14,7 @@ use super::run::{RunArgs, is_html};
 use super::sampling::per_span;
 use super::{InputArgs, count, output, show, thousands};
 
-/// So many of the worst curves are named, where curves are iterated.
+/// The number of the worst curves that are named, for methods that iterate.
 const WORST_NAMED: usize = 10;
 
 #[derive(Args, Debug)]
@@ -87,33 +87,6 @@ pub fn run(args: &CompareArgs) -> Result<bool> {
         })?;
     }
     Ok(outcomes.iter().all(|outcome| outcome.pass))
-}
-
-#[derive(Serialize)]
-struct File<'a> {
-    faircurve: &'static str,
-    method: &'static str,
-    samples_per_span: usize,
-    reference: Reference,
-    device: &'a Description,
-    comparisons: &'a [Outcome],
-    curves: Vec<Line<'a>>,
-}
-
-#[derive(Serialize)]
-struct Reference {
-    device: Description,
-    precision: &'static str,
-    seconds: f64,
-}
-
-/// One curve: its status on the CPU, and its difference in each precision compared (null where
-/// neither side fitted it).
-#[derive(Serialize)]
-struct Line<'a> {
-    curve: String,
-    status: &'static str,
-    differences: std::collections::BTreeMap<&'a str, Option<f64>>,
 }
 
 impl CompareArgs {
@@ -202,28 +175,33 @@ impl CompareArgs {
         self.print_iterated(batch, outcomes)
     }
 
-    fn report<'a>(
+    /// The report. A difference is null where neither side fitted the curve.
+    fn report(
         &self,
         batch: &CurveBatch,
         reference: &Timed,
-        device: &'a Description,
-        comparisons: &'a [Outcome],
+        device: &Description,
+        comparisons: &[Outcome],
         samples_per_span: usize,
-    ) -> File<'a> {
-        let line = |i: usize| Line {
-            curve: batch.name(i).into_owned(),
-            status: reference.fit.reports()[i].status.word(),
-            differences: comparisons.iter().map(|outcome| (outcome.precision, outcome.differences[i])).collect(),
+    ) -> Value {
+        let line = |i: usize| {
+            let differences =
+                comparisons.iter().map(|outcome| (outcome.precision.into(), json!(outcome.differences[i])));
+            json!({
+                "curve": batch.name(i),
+                "status": reference.fit.reports()[i].status,
+                "differences": differences.collect::<Map<String, Value>>(),
+            })
         };
         let cpu = Description::of(reference.device());
-        File {
-            faircurve: env!("CARGO_PKG_VERSION"),
-            method: self.method.word(),
-            samples_per_span,
-            reference: Reference { device: cpu, precision: "f64", seconds: reference.seconds },
-            device,
-            comparisons,
-            curves: (0..batch.len()).map(line).collect(),
-        }
+        json!({
+            "faircurve": env!("CARGO_PKG_VERSION"),
+            "method": self.method.word(),
+            "samples_per_span": samples_per_span,
+            "reference": {"device": cpu, "precision": "f64", "seconds": reference.seconds},
+            "device": device,
+            "comparisons": comparisons,
+            "curves": (0..batch.len()).map(line).collect::<Vec<Value>>(),
+        })
     }
 }

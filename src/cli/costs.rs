@@ -7,7 +7,7 @@ use faircurve::Costs;
 use faircurve::gpu::AdapterSummary;
 use serde::{Deserialize, Serialize};
 
-use super::device::threads;
+use super::machine::threads;
 
 /// What was measured of an adapter, in seconds.
 #[derive(Deserialize, Serialize)]

@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use faircurve::bounds::Bounds;
 use faircurve::io::{self, Antimeridian, Format, WriteOptions};
 use faircurve::picture::Picture;
 use faircurve::{CurveBatch, CurveStatus, Error, Fit, Result};
 
-use super::report::{Head, Line};
+use super::report::{head, line};
 use super::run::Run;
 use super::words::{format, one_of};
 use super::{InputArgs, count, output};
@@ -45,31 +46,37 @@ pub struct CurveArgs {
     pub to: Option<Format>,
     /// Rounds coordinates to N decimals, in CSV, GeoJSON, TopoJSON and SVG
     ///
-    /// TopoJSON is quantised then. By default GeoJSON has as many as the input's points, but no fewer
-    /// than ten significant digits, and for longitudes and latitudes no more than nine decimals
-    /// (0.1 mm). The other formats have all digits.
+    /// TopoJSON is quantised then. By default GeoJSON has as many as the input's points, but no
+    /// fewer than ten significant digits, and for longitudes and latitudes no more than nine
+    /// decimals (0.1 mm). The other formats have all digits.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=15), help_heading = "Output")]
     pub digits: Option<u8>,
-    /// What becomes of curves that cross ±180° of longitude
+    /// What happens to curves that cross ±180° of longitude
     #[arg(long, value_parser = one_of(Antimeridian::WORDS), default_value_t = Antimeridian::Cut, value_name = "HOW", help_heading = "Output")]
     pub antimeridian: Antimeridian,
     /// Draws input and curves into an SVG file
     #[arg(long, value_name = "FILE.svg", help_heading = "Picture")]
     pub picture: Option<PathBuf>,
-    /// Counts single points as curves that are not usable, and refuses files without curves
+    /// Counts single points as unusable curves, and refuses files without curves
     ///
     /// Single points stay as they are, and are not counted otherwise.
     #[arg(long, help_heading = "Run")]
     pub strict: bool,
-    /// Leaves curves out of the output that are not usable
+    /// Leaves unusable curves out of the output
     ///
-    /// By default they are written, with the status of every curve: a column of CSV, an array of NPZ, a property of GeoJSON
-    /// and TopoJSON.
+    /// By default they are written, with the status of every curve: a column of CSV, an array of
+    /// NPZ, a property of GeoJSON and TopoJSON.
     #[arg(long, help_heading = "Output")]
     pub drop_unusable: bool,
 }
 
 impl CurveArgs {
+    /// How curves are written: their points, or the control points of `beziers`, rounded in SVG.
+    pub fn write_options(&self, overwrite: bool, beziers: bool, rounding: Option<f64>) -> WriteOptions {
+        let (format, decimals, antimeridian) = (self.to, self.digits, self.antimeridian);
+        WriteOptions { format, overwrite, beziers, rounding, decimals, antimeridian, ..WriteOptions::default() }
+    }
+
     /// The format that is written, as far as it is known.
     pub fn format(&self) -> Option<Format> {
         self.to.or_else(|| Format::of_extension(&self.output))
@@ -91,8 +98,8 @@ impl CurveArgs {
         matches!(self.format_of(batch), Some(Format::Csv | Format::GeoJson | Format::TopoJson))
     }
 
-    /// Refuses curves that the format, as far as it is known, cannot hold: those of a batch, of this dimension, with so many
-    /// points where that is known. With `--strict` it refuses that there are none.
+    /// Refuses curves that the format cannot hold, as far as format, dimension and numbers of
+    /// points are known. With `--strict` a batch without curves is refused, too.
     pub fn check_format(
         &self,
         batch: &CurveBatch,
@@ -121,7 +128,7 @@ pub struct Made<'a> {
     pub picture: Picture,
     /// What is worth a line about curves that are usable.
     pub notes: Vec<String>,
-    /// The unit of λ in that of the parameters, cubed.
+    /// The unit of λ in the cubed unit of the parameters.
     pub lambda_unit: f64,
 }
 
@@ -157,8 +164,8 @@ impl Made<'_> {
         })?;
         run.report(
             [fit.usable(), fit.len()],
-            || Head::of(self.method, fit.device()),
-            |i| Line::of(batch, fit, i, points_out[i]).with_lambda_in(self.lambda_unit),
+            || head(self.method, fit.device()),
+            |i| line(batch, fit, i, points_out[i], self.lambda_unit),
             |i| Some(small_picture(batch, fit, i)),
         )?;
         run.tell("", fit.device());
@@ -200,26 +207,17 @@ fn small_picture(batch: &CurveBatch, fit: &Fit, i: usize) -> String {
     picture.draw(&batch.select(&[i]), &fit.select(&[i]))
 }
 
-/// The curves that are single points, and those that are not usable: single points too where `strict`.
+/// The curves that are single points, and those that are not usable: single points too where
+/// `strict`.
 fn unusable(strict: bool, batch: &CurveBatch, fit: &Fit) -> (Vec<usize>, Vec<usize>) {
     let reports = fit.reports();
-    let is_point = |&i: &usize| !strict && reports[i].status == CurveStatus::Degenerate && is_single_point(batch, i);
+    let is_point = |&i: &usize| {
+        !strict && reports[i].status == CurveStatus::Degenerate && batch.count(i) > 0 && io::is_point(batch, i)
+    };
     (0..fit.len()).filter(|&i| !reports[i].status.is_usable()).partition(is_point)
-}
-
-/// Whether a curve is one point, once or repeated, and has nothing to fit.
-fn is_single_point(batch: &CurveBatch, i: usize) -> bool {
-    let mut points = batch.points(i).chunks_exact(batch.dimension());
-    points.next().is_some_and(|first| points.all(|point| point == first))
 }
 
 /// Largest extent of points along an axis, of those that are finite.
 pub fn size(points: &[f64], dimension: usize) -> f64 {
-    let mut size = 0.0f64;
-    for axis in 0..dimension {
-        let values = points.iter().skip(axis).step_by(dimension).filter(|x| x.is_finite());
-        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &x| (low.min(x), high.max(x)));
-        size = size.max(high - low);
-    }
-    size
+    Bounds::<3>::of_flat(points, dimension).size()
 }

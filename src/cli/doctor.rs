@@ -10,7 +10,7 @@ use faircurve::{Costs, CurveBatch, Device, Precision, Result, Sampling};
 
 use super::compare::difference::{self, Bounds, Outcome};
 use super::words::with_options;
-use super::{costs, count, device, show, thousands};
+use super::{costs, count, device, machine, show, thousands};
 
 #[derive(Args, Debug)]
 pub struct DoctorArgs {}
@@ -22,8 +22,8 @@ pub fn run(_: &DoctorArgs) -> Result<bool> {
         std::env::consts::ARCH,
         std::env::consts::OS
     ))?;
-    show(format_args!("\nCPU: {}", device::cpu_name()))?;
-    show(format_args!("  {}, {}", count(device::threads(), "thread"), device::simd()))?;
+    show(format_args!("\nCPU: {}", machine::cpu_name()))?;
+    show(format_args!("  {}, {}", count(machine::threads(), "thread"), machine::simd()))?;
     let mut sound = self_test(&Device::cpu(), &[Precision::F64])?;
     let began = Instant::now();
     let adapters = device::silently(gpu::adapters);

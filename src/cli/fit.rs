@@ -1,13 +1,15 @@
 //! `faircurve fit`: a file of points in, a file of curves out.
 
+use std::sync::Arc;
+
 use clap::Args;
 use faircurve::bezier::LEAST_TOLERANCE;
 use faircurve::ground::check_samples;
 use faircurve::io::{self, Flatness, Format, ReadOptions, WriteOptions};
 use faircurve::picture::Picture;
-use faircurve::{CurveBatch, Error, Result, Work};
+use faircurve::topology::Topology;
+use faircurve::{CurveBatch, Device, Error, Fit, Result, Sampling, Work};
 
-use super::count;
 use super::curves::{BEZIER_TOLERANCE, CurveArgs, Made, ROUNDING, Shape, size};
 use super::map::{self, MapArgs};
 use super::method::{Method, MethodArgs};
@@ -15,6 +17,7 @@ use super::output::title;
 use super::run::{Run, RunArgs};
 use super::sampling::{count_of, points, sampling};
 use super::track::TrackArgs;
+use super::{count, positive};
 
 #[derive(Args, Debug)]
 pub struct FitArgs {
@@ -101,34 +104,7 @@ pub fn run(args: &FitArgs) -> Result<bool> {
             let (beziers, notes) = (fit.beziers_each(|i| tolerances[i]), method.notes(&fit));
             (fit, beziers, notes)
         }
-        (Some(topology), shape, _) => {
-            sampling.check(&batch)?;
-            let strokes = method.fit(fitted, &device)?;
-            let (topology, strokes, divided) = match topology.divide(&strokes) {
-                None => (topology.clone(), strokes, None),
-                Some(divided) => {
-                    let note = map::note_of(&divided);
-                    let arcs = method.fit(divided.arcs(), &device)?;
-                    let (topology, strokes) = divided.with(strokes, arcs);
-                    (topology, strokes, Some(note))
-                }
-            };
-            let mut notes = method.notes(&strokes);
-            run.step("looking at crossings");
-            let mut strokes = topology.sample(strokes, sampling);
-            let decimals =
-                args.curves.decimals(&batch).filter(|_| shape == Shape::Polyline && args.curves.rounds(&batch));
-            if let Some(decimals) = decimals {
-                strokes = strokes.rounded(decimals);
-            }
-            let (strokes, of_map) = args.map.mend(&topology, strokes, decimals);
-            notes.extend(of_map.into_iter().chain(divided));
-            let fit = strokes.join();
-            // One tolerance, so that curves share the Béziers of their borders.
-            let tolerance = tolerances.iter().copied().fold(f64::INFINITY, f64::min);
-            let curves = if shape == Shape::Bezier { fit.beziers(tolerance) } else { fit.polylines(sampling) };
-            (fit, curves, notes)
-        }
+        (Some(topology), ..) => args.fit_map(&mut run, topology, &method, sampling, &tolerances, &device)?,
     };
     let picture = Picture {
         comb: args.comb,
@@ -145,6 +121,45 @@ pub fn run(args: &FitArgs) -> Result<bool> {
 }
 
 impl FitArgs {
+    /// Fits the borders of a map one by one: the curves, what is written of them, and what is worth
+    /// a line.
+    fn fit_map(
+        &self,
+        run: &mut Run,
+        topology: &Arc<Topology>,
+        method: &Method,
+        sampling: Sampling,
+        tolerances: &[f64],
+        device: &Device,
+    ) -> Result<(Fit, CurveBatch, Vec<String>)> {
+        let (batch, beziers) = (topology.curves(), self.shape == Shape::Bezier);
+        sampling.check(batch)?;
+        let strokes = method.fit(topology.strokes(), device)?;
+        let (topology, strokes, divided) = match topology.divide(&strokes) {
+            None => (topology.clone(), strokes, None),
+            Some(divided) => {
+                let note = map::note_of(&divided);
+                let arcs = method.fit(divided.arcs(), device)?;
+                let (topology, strokes) = divided.with(strokes, arcs);
+                (topology, strokes, Some(note))
+            }
+        };
+        let mut notes = method.notes(&strokes);
+        run.step("looking at crossings");
+        let mut strokes = topology.sample(strokes, sampling);
+        let decimals = self.curves.decimals(batch).filter(|_| !beziers && self.curves.rounds(batch));
+        if let Some(decimals) = decimals {
+            strokes = strokes.rounded(decimals);
+        }
+        let (strokes, of_map) = self.map.mend(&topology, strokes, decimals);
+        notes.extend(of_map.into_iter().chain(divided));
+        let fit = strokes.join();
+        // One tolerance, so that curves share the Béziers of their borders.
+        let tolerance = tolerances.iter().copied().fold(f64::INFINITY, f64::min);
+        let curves = if beziers { fit.beziers(tolerance) } else { fit.polylines(sampling) };
+        Ok((fit, curves, notes))
+    }
+
     /// Checks what can be checked before anything is read.
     fn check(&self) -> Result<()> {
         self.map.check()?;
@@ -153,35 +168,24 @@ impl FitArgs {
             let why = "--as bezier writes the curves themselves: leave --samples and --spacing out";
             return Err(Error::argument(why));
         }
-        if let Some(tolerance) = self.asked_tolerance().filter(|&tolerance| !(tolerance > 0.0 && tolerance.is_finite()))
-        {
-            return Err(Error::argument(format!(
-                "--tolerance is {tolerance}; with --as bezier it is the largest distance of the Béziers from the curve: a positive number, \
-                 in units of the input, such as --tolerance 0.001"
-            )));
+        if let Some(tolerance) = self.asked_tolerance() {
+            let why = "with --as bezier it is the largest distance of the Béziers from the curve: a positive number, in units of \
+                       the input, such as --tolerance 0.001";
+            positive("--tolerance", tolerance, why)?;
         }
-        if let Some(scale) = self.comb.filter(|&scale| !(scale > 0.0 && scale.is_finite())) {
-            return Err(Error::argument(format!(
-                "--comb is {scale}; the scale of its quills must be a positive number, such as --comb 2"
-            )));
+        if let Some(scale) = self.comb {
+            positive("--comb", scale, "the scale of its quills must be a positive number, such as --comb 2")?;
         }
         io::check_output(&self.curves.output, &self.write_options())?;
         self.run.check(Some(&self.curves.output), self.curves.picture.as_deref())
     }
 
     fn write_options(&self) -> WriteOptions {
-        WriteOptions {
-            format: self.curves.to,
-            overwrite: self.run.force,
-            beziers: self.shape == Shape::Bezier,
-            decimals: self.curves.digits,
-            antimeridian: self.curves.antimeridian,
-            rounding: self.asked_tolerance().map(|tolerance| ROUNDING * tolerance),
-            ..WriteOptions::default()
-        }
+        let rounding = self.asked_tolerance().map(|tolerance| ROUNDING * tolerance);
+        self.curves.write_options(self.run.force, self.shape == Shape::Bezier, rounding)
     }
 
-    /// --tolerance, where it is that of Béziers.
+    /// The tolerance of Béziers, if --tolerance gives it.
     fn asked_tolerance(&self) -> Option<f64> {
         self.method.tolerance.filter(|_| self.shape == Shape::Bezier)
     }

@@ -10,11 +10,12 @@ use faircurve::laplacian::{Grids, Reproduces, Rule, SparseRule, Subdivide};
 use faircurve::memory;
 use faircurve::{DeviceReport, Error, Result, Work};
 
+use serde_json::json;
+
 use super::output::title;
-use super::report::Head;
+use super::report::head;
 use super::run::{Run, RunArgs};
 use super::{count, thousands};
-use report::{GridHead, Line};
 
 /// More rounds would divide a single interval into more pieces than there is memory for.
 const MOST_ROUNDS: i64 = 30;
@@ -37,8 +38,8 @@ enum RuleWord {
 pub struct GridArgs {
     /// File of grids to read (.csv, .npz)
     ///
-    /// CSV has rows of heights, and a blank line between two grids. NPZ has an array `grids`. - reads
-    /// standard input, with --from.
+    /// CSV has rows of heights, and a blank line between two grids. NPZ has an array `grids`. -
+    /// reads standard input, with --from.
     input: PathBuf,
     /// Format of the input, where its name does not say it
     #[arg(long, value_name = "FORMAT", help_heading = "Input")]
@@ -87,14 +88,17 @@ pub fn run(args: &GridArgs) -> Result<bool> {
     run.write(&args.output, || grids::write(&args.output, fine, &args.write_options(args.to, &grids, did)))?;
     run.draw(args.picture.as_deref(), |path| grids::write(path, fine, &args.write_options(drawn, &grids, did)))?;
     let is_sparse = args.rule == RuleWord::Sparse;
-    let head = || GridHead {
-        head: Head::of("grid", did),
-        rule: if is_sparse { "sparse" } else { "exact" },
-        support: is_sparse.then(|| args.support()),
-        reproduces: is_sparse.then(|| args.reproduces().word()),
-        rounds: subdivide.rounds,
+    let head = || {
+        let mut head = head("grid", did);
+        head["rule"] = json!(if is_sparse { "sparse" } else { "exact" });
+        if is_sparse {
+            head["support"] = json!(args.support());
+            head["reproduces"] = json!(args.reproduces().word());
+        }
+        head["rounds"] = json!(subdivide.rounds);
+        head
     };
-    let line = |i: usize| Line::of(&grids, &surfaces, i, subdivide.rounds);
+    let line = |i: usize| report::line(&grids, &surfaces, i, subdivide.rounds);
     run.report([surfaces.usable(), grids.len()], head, line, |_| None)?;
     run.tell(&format!(" to {}", thousands(points)), did);
     let unusable: Vec<usize> = (0..grids.len()).filter(|&i| !reports[i].status.is_usable()).collect();
@@ -202,7 +206,7 @@ impl GridArgs {
     }
 }
 
-/// Points of all grids after so many rounds; `None` where they are beyond counting.
+/// Points of all grids after some rounds. `None` if they overflow.
 fn points_after(grids: &Grids, rounds: u32) -> Option<usize> {
     let after = |count: usize| match count.checked_sub(1) {
         None => Some(0),

@@ -1,5 +1,5 @@
-//! The report as a page: totals, how often which value, and the worst curves with their pictures. It
-//! needs nothing outside its file.
+//! The report as a page: totals, how often which value, and the worst curves with their pictures.
+//! It needs nothing outside its file.
 
 use std::io::{self, Write};
 
@@ -7,10 +7,10 @@ use serde_json::Value;
 
 use super::thousands;
 
-/// The worst are shown, so many.
+/// The number of the worst curves that are shown.
 const WORST: usize = 20;
 
-/// A histogram has so many bars.
+/// The number of bars of a histogram.
 const BARS: usize = 24;
 
 /// Fields of the lines that have a histogram, and what they are.
@@ -131,8 +131,7 @@ fn counted(lines: &[Value]) -> Vec<(String, usize)> {
     counts
 }
 
-/// The worst curves: those that are not usable, then those of largest deviation, of these of largest
-/// curvature.
+/// The worst curves: unusable ones first, then by deviation, then by curvature.
 fn worst(lines: &[Value]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..lines.len()).collect();
     let number = |i: usize, field: &str| lines[i][field].as_f64().unwrap_or(0.0);
@@ -145,7 +144,8 @@ fn worst(lines: &[Value]) -> Vec<usize> {
     order
 }
 
-/// Bars for values, logarithmic where they range over more than three decades. `None` if all are one.
+/// Bars for values, logarithmic where they range over more than three decades. `None` if all are
+/// one.
 ///
 /// The first and the last bar take what is beyond the outermost hundredths, too.
 fn histogram(values: &[f64]) -> Option<String> {

@@ -1,6 +1,7 @@
 //! Signals that end the program: files that are half written are removed first.
 
-/// From now on signals that end the program remove what is half written. The exit status is that of the signal, as it was.
+/// From now on signals that end the program remove files that are half written. The exit status
+/// stays the signal's.
 #[cfg(unix)]
 pub fn remove_half_written() {
     use std::sync::{Arc, Once};
@@ -36,7 +37,8 @@ pub fn remove_half_written() {
 #[cfg(not(unix))]
 pub fn remove_half_written() {}
 
-/// The signals that whoever started the program has it ignore, as `nohup` does: bit n − 1 is signal n.
+/// The signals that whoever started the program has it ignore, as `nohup` does: bit n − 1 is signal
+/// n.
 ///
 /// Only Linux tells them without unsafe code. Elsewhere SIGHUP counts as ignored.
 #[cfg(unix)]

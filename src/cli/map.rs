@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
-use faircurve::topology::{Crossing, Divided, Faults, Options, Sampled, Topology};
+use faircurve::topology::{Crossing, Divided, Faults, Mended, Options, Sampled, Topology};
 use faircurve::{CurveBatch, Error, Result};
 
+use super::given::Given;
 use super::{count, thousands};
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
@@ -30,7 +31,8 @@ enum Junctions {
 enum Crossings {
     /// They are counted, and the first are named
     Count,
-    /// They are mended: spans that cross are drawn tighter, as far as it takes, in what is written with --digits
+    /// They are mended: spans that cross are drawn tighter, as far as it takes, in what is written
+    /// with --digits
     Mend,
     /// They are not looked for
     Ignore,
@@ -39,7 +41,7 @@ enum Crossings {
 /// Rings with less than half of their area look lost.
 const KEEP_AREA: f64 = 0.5;
 
-/// So many crossings are named.
+/// The number of crossings that are named.
 const NAMED: usize = 3;
 
 #[derive(Args, Debug)]
@@ -49,13 +51,14 @@ pub struct MapArgs {
     topology: Shared,
     /// Points within D of each other are one
     ///
-    /// By default points that are exactly equal are. D is in units of the input.
+    /// By default only points that are exactly equal are one. D is in units of the input.
     #[arg(long, value_name = "D", allow_negative_numbers = true, help_heading = "Maps")]
     snap: Option<f64>,
     /// How borders go through points where three or more meet [default: smooth]
     #[arg(long, value_enum, value_name = "HOW", help_heading = "Maps")]
     junctions: Option<Junctions>,
-    /// What is done where curves cross each other or themselves [default: mend in files with polygons, count in others]
+    /// What is done where curves cross each other or themselves [default: mend in files with
+    /// polygons, count in others]
     #[arg(long, value_enum, value_name = "HOW", help_heading = "Maps")]
     crossings: Option<Crossings>,
     /// The share of its area that a ring keeps, with --crossings mend [default: 0.5]
@@ -63,15 +66,17 @@ pub struct MapArgs {
     /// Rings that would have less are brought back towards their points. 0 lets them shrink.
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true, help_heading = "Maps")]
     keep_area: Option<f64>,
+    #[command(flatten)]
+    given: Given,
 }
 
 impl MapArgs {
-    /// What the curves share, where that is asked for, and else the frame of the map. `option` is one that is of each
-    /// curve.
+    /// What the curves share, where that is asked for, and else the frame of the map. `option` is
+    /// one that is of each curve.
     ///
     /// # Errors
-    /// Options of maps where no borders are looked for, options of each curve where they are, and those of
-    /// [`Topology::new`].
+    /// Options of maps if borders are not looked for, options of single curves if they are, and the
+    /// errors of [`Topology::new`].
     pub fn topology(&self, batch: &CurveBatch, option: Option<&str>) -> Result<Option<Arc<Topology>>> {
         let wanted = match self.topology {
             Shared::Auto => batch.is_map(),
@@ -79,16 +84,10 @@ impl MapArgs {
             Shared::No => false,
         };
         if !wanted {
-            let given = [
-                ("--snap", self.snap.is_some()),
-                ("--junctions", self.junctions.is_some()),
-                ("--crossings", self.crossings.is_some()),
-                ("--keep-area", self.keep_area.is_some()),
-            ];
-            return match given.into_iter().find(|(_, given)| *given) {
+            return match self.given.of::<Self>().find(|option| *option != "--topology") {
                 None if batch.is_map() && option.is_none() => Topology::frame(batch),
                 None => Ok(None),
-                Some((option, _)) => Err(Error::argument(format!(
+                Some(option) => Err(Error::argument(format!(
                     "{option} is for borders that curves share, which are not looked for here: add --topology yes"
                 ))),
             };
@@ -125,88 +124,73 @@ impl MapArgs {
         self.crossings.unwrap_or(if batch.is_map() { Crossings::Mend } else { Crossings::Count })
     }
 
-    /// The fitted strokes, mended where that is asked for, and what is worth a line. Samples have this number of
-    /// decimals.
+    /// The fitted strokes, mended where that is asked for, and what is worth a line. Samples have
+    /// this number of decimals.
     pub fn mend(&self, topology: &Topology, strokes: Sampled, decimals: Option<u8>) -> (Sampled, Vec<String>) {
         if self.topology == Shared::No {
             return (strokes, vec![]);
         }
-        let note = vec![note(topology)];
+        let mut notes = vec![note(topology)];
         match self.crossings(topology.curves()) {
-            Crossings::Ignore => (strokes, note),
+            Crossings::Ignore => (strokes, notes),
             Crossings::Count => {
-                let Faults { crossings, of_data, misplaced } = strokes.faults();
-                let crossings = (!crossings.is_empty()).then(|| {
-                    let of_data =
-                        if of_data > 0 { format!(" ({} in the data)", thousands(of_data)) } else { String::new() };
-                    let named = named(topology, &crossings);
-                    format!("{}{of_data}: {named}; --crossings mend mends them", count(crossings.len(), "crossing"))
-                });
-                let misplaced = misplaced.first().map(|&first| {
-                    let (all, first) = (count(misplaced.len(), "ring"), topology.curves().label(first));
-                    format!(
-                        "{all} came to lie on the other side of others, such as {first}; --crossings mend mends that"
-                    )
-                });
-                (strokes, note.into_iter().chain(crossings).chain(misplaced).collect())
+                notes.extend(notes_of_faults(topology, &strokes.faults()));
+                (strokes, notes)
             }
             Crossings::Mend => {
                 let share = self.keep_area.unwrap_or(KEEP_AREA);
                 let (strokes, mended) = strokes.mend(share);
-                let mut line = format!(
-                    "{}: {} were drawn tighter, {} left",
-                    count(mended.before, "crossing"),
-                    count(mended.tightened, "span"),
-                    thousands(mended.left.len())
-                );
-                if !mended.left.is_empty() {
-                    let why =
-                        if mended.decimals.is_some() { "in the data or once rounded" } else { "which the data have" };
-                    line += &format!(", {why}: {}", named(topology, &mended.left));
-                }
-                let left_out = (mended.left_out > 0).then(|| {
-                    format!("{} were left out where rounding folds a border", count(mended.left_out, "point"))
-                });
-                let lost = (!mended.lost.is_empty()).then(|| {
-                    let first = topology.curves().label(mended.lost[0]);
-                    format!(
-                        "{} less than {share} of their area, such as {first}",
-                        if mended.lost.len() == 1 {
-                            "1 ring has".into()
-                        } else {
-                            count(mended.lost.len(), "ring") + " have"
-                        }
-                    )
-                });
-                let rounded = decimals.zip(mended.decimals).map(|(decimals, more)| {
-                    format!("{decimals} decimals do not keep apart what is left: --digits {more} does")
-                });
-                let kept = (mended.kept > 0).then(|| {
-                    format!(
-                        "{} would have had less than {share} of their area, and keep more",
-                        count(mended.kept, "ring")
-                    )
-                });
-                let misplaced = (mended.misplaced > 0).then(|| {
-                    format!(
-                        "{} would have come to lie on the other side of others, and do not",
-                        count(mended.misplaced, "ring")
-                    )
-                });
-                (
-                    strokes,
-                    note.into_iter()
-                        .chain([line])
-                        .chain(kept)
-                        .chain(misplaced)
-                        .chain(left_out)
-                        .chain(lost)
-                        .chain(rounded)
-                        .collect(),
-                )
+                notes.extend(notes_of_mended(topology, &mended, share, decimals));
+                (strokes, notes)
             }
         }
     }
+}
+
+/// What is worth a line about faults that stay.
+fn notes_of_faults(topology: &Topology, faults: &Faults) -> impl Iterator<Item = String> {
+    let Faults { crossings, of_data, misplaced } = faults;
+    let crossed = (!crossings.is_empty()).then(|| {
+        let of_data = if *of_data > 0 { format!(" ({} in the data)", thousands(*of_data)) } else { String::new() };
+        let named = named(topology, crossings);
+        format!("{}{of_data}: {named}; --crossings mend mends them", count(crossings.len(), "crossing"))
+    });
+    let misplaced = misplaced.first().map(|&first| {
+        let (all, first) = (count(misplaced.len(), "ring"), topology.curves().label(first));
+        format!("{all} came to lie on the other side of others, such as {first}; --crossings mend mends that")
+    });
+    crossed.into_iter().chain(misplaced)
+}
+
+/// What is worth a line about faults that were mended.
+fn notes_of_mended(
+    topology: &Topology,
+    mended: &Mended,
+    share: f64,
+    digits: Option<u8>,
+) -> impl Iterator<Item = String> {
+    let Mended { before, left, left_out, lost, decimals, tightened, kept, misplaced, .. } = mended;
+    let why = if decimals.is_some() { "in the data or once rounded" } else { "which the data have" };
+    let which = if left.is_empty() { String::new() } else { format!(", {why}: {}", named(topology, left)) };
+    let (crossings, spans, left) = (count(*before, "crossing"), count(*tightened, "span"), thousands(left.len()));
+    let [left_out_points, kept_rings, misplaced_rings] =
+        [(left_out, "point"), (kept, "ring"), (misplaced, "ring")].map(|(n, what)| count(*n, what));
+    let lost = lost.first().map(|&first| {
+        let have = if lost.len() == 1 { "has" } else { "have" };
+        let (rings, first) = (count(lost.len(), "ring"), topology.curves().label(first));
+        format!("{rings} {have} less than {share} of their area, such as {first}")
+    });
+    let rounded = digits.zip(*decimals);
+    let notes = [
+        Some(format!("{crossings}: {spans} were drawn tighter, {left} left{which}")),
+        (*kept > 0).then(|| format!("{kept_rings} would have had less than {share} of their area, and keep more")),
+        (*misplaced > 0)
+            .then(|| format!("{misplaced_rings} would have come to lie on the other side of others, and do not")),
+        (*left_out > 0).then(|| format!("{left_out_points} were left out where rounding folds a border")),
+        lost,
+        rounded.map(|(digits, more)| format!("{digits} decimals do not keep apart what is left: --digits {more} does")),
+    ];
+    notes.into_iter().flatten()
 }
 
 /// The first of some crossings.

@@ -20,6 +20,7 @@ pub use self::energy::weights;
 use self::energy::{EnergyWeights, energy_help};
 use self::limits::LimitArgs;
 use self::surface::SurfaceArgs;
+use super::given::Given;
 use super::words::one_of;
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
@@ -33,7 +34,8 @@ pub enum MethodName {
     Fair,
     /// Smooth connection functions through every point: exact planar curves of least ∫|κ|^ν ds
     Scf,
-    /// Geodesics of a --surface from point to point; a closed curve descends to a closed geodesic near it
+    /// Geodesics of a --surface from point to point; a closed curve descends to a closed geodesic
+    /// near it
     Geodesic,
 }
 
@@ -61,11 +63,11 @@ impl FromStr for Degrees {
 pub struct MethodArgs {
     /// How curves are fitted [default: natural]
     ///
-    /// With --smoothing, --deviation or --tube the default is smoothing, and with a limit, such as --max-curvature, or a
-    /// --surface it is fair.
+    /// With --smoothing, --deviation or --tube the default is smoothing, and with a limit, such as
+    /// --max-curvature, or a --surface it is fair.
     #[arg(long, value_enum)]
     method: Option<MethodName>,
-    /// Segments a span between data points [default: 16]
+    /// Segments per span between data points [default: 16]
     ///
     /// K points give N(K−1)+1 points, a closed curve N·K.
     #[arg(long, value_name = "N", allow_negative_numbers = true, help_heading = "Output")]
@@ -75,8 +77,8 @@ pub struct MethodArgs {
     pin: Option<Pins>,
     /// Smoothing parameter λ ≥ 0
     ///
-    /// A larger one is smoother. 0 goes through every point. It is in the cube of the unit of t: of an hour where t holds
-    /// dates.
+    /// A larger one is smoother. 0 goes through every point. It is in the cube of the unit of t: of
+    /// an hour where t holds dates.
     #[arg(
         long,
         value_name = "λ",
@@ -87,14 +89,15 @@ pub struct MethodArgs {
     smoothing: Option<f64>,
     /// Moves no point by more than D
     ///
-    /// Each curve is then as smooth, or as fair, as it can be. D is in units of the input, or a part of
-    /// each curve's size (the diagonal of the box around its points), such as 2%. Longitudes and latitudes are in degrees,
-    /// and with --surface wgs84 D is in metres.
+    /// Each curve is then as smooth, or as fair, as it can be. D is in units of the input, or a
+    /// part of each curve's size (the diagonal of the box around its points), such as 2%.
+    /// Longitudes and latitudes are in degrees, and with --surface wgs84 D is in metres.
     #[arg(long, value_name = "D", allow_negative_numbers = true, help_heading = "Near the points")]
     deviation: Option<Deviation>,
     /// Smoothing splines of least bending within D of every point
     ///
-    /// One point far off does not stiffen the rest, as it does with --deviation. D is as there.
+    /// A single outlier does not stiffen the rest, as it does with --deviation. D is as for
+    /// --deviation.
     #[arg(long, value_name = "D", conflicts_with_all = ["smoothing", "deviation"], allow_negative_numbers = true, help_heading = "Near the points")]
     tube: Option<Deviation>,
     /// Parameters of the points of natural and smoothing splines [default: auto]
@@ -122,17 +125,17 @@ pub struct MethodArgs {
     /// Smooth connection functions know newton only.
     #[arg(long, value_parser = one_of(&Direction::WORDS[..3]), help_heading = "Fair curves and smooth connection functions")]
     solver: Option<Direction>,
-    /// Number of searches a curve, of which the cheapest is kept [default: 1]
+    /// Number of searches per curve, of which the best is kept [default: 1]
     ///
-    /// Fair curves start from the spline, from circles through neighbouring points, from the polygon rounded, and then
-    /// from random directions. Smooth connection functions start from the circles, and then from random directions near
-    /// those.
+    /// Fair curves start from the spline, from circles through neighbouring points, from the
+    /// polygon rounded, and then from random directions. Smooth connection functions start from the
+    /// circles, and then from random directions near those.
     #[arg(long, value_name = "N", help_heading = "Fair curves and smooth connection functions")]
     starts: Option<u32>,
-    /// Tension τ ≥ 0, with which every list of points has a curve [default: 0, none]
+    /// Tension τ ≥ 0. With tension every list of points has a curve [default: 0, none]
     ///
-    /// Least ∫(|κ|^ν + λ) ds, where λ = (2(1 − 1/ν)τ/w)^ν by the width w that the data leave the curve. It has no
-    /// unit. 1 keeps curves from loops; a larger one is tighter.
+    /// Minimises ∫(|κ|^ν + λ) ds, where λ = (2(1 − 1/ν)τ/w)^ν and w is the width of the data. τ has
+    /// no unit. 1 keeps curves from loops, and a larger value makes them tighter.
     #[arg(long, value_name = "τ", allow_negative_numbers = true, help_heading = "Smooth connection functions")]
     tension: Option<f64>,
     /// Iterations at most [default: 500, scf 200]
@@ -156,6 +159,8 @@ pub struct MethodArgs {
     limits: LimitArgs,
     #[command(flatten)]
     surface: SurfaceArgs,
+    #[command(flatten)]
+    given: Given,
 }
 
 impl MethodArgs {
@@ -163,7 +168,7 @@ impl MethodArgs {
     pub fn name(&self) -> MethodName {
         let near = self.deviation.is_some() || self.smoothing.is_some() || self.tube.is_some();
         let is_smoothed_in_surface = self.surface.is_given() && self.smoothing.is_some();
-        let has_limits = self.limits.given().next().is_some() || self.surface.is_given();
+        let has_limits = self.given.of::<LimitArgs>().next().is_some() || self.surface.is_given();
         self.method.unwrap_or(match (has_limits && !is_smoothed_in_surface, near) {
             (true, _) => MethodName::Fair,
             (_, true) => MethodName::Smoothing,
@@ -171,59 +176,48 @@ impl MethodArgs {
         })
     }
 
-    /// How many times as long as a natural spline each point takes on the CPU, roughly, by the
-    /// tables of benches/RESULTS.md.
-    pub fn cost(&self) -> f64 {
+    /// Its word on the command line, what captions call its curves, and how many times as long as a
+    /// natural spline each point takes on the CPU, roughly, by the tables of benches/RESULTS.md.
+    fn facts(&self) -> (&'static str, &'static str, f64) {
         match self.name() {
-            MethodName::Natural => 1.0,
-            MethodName::Smoothing | MethodName::Scf => 10.0,
-            MethodName::Fair | MethodName::Geodesic => 50.0,
+            MethodName::Natural => ("natural", "natural cubic splines", 1.0),
+            MethodName::Smoothing => ("smoothing", "smoothing splines", 10.0),
+            MethodName::Fair => ("fair", "fair curves", 50.0),
+            MethodName::Scf => ("scf", "smooth connection functions", 10.0),
+            MethodName::Geodesic => ("geodesic", "geodesics", 50.0),
         }
+    }
+
+    /// How many times as long as a natural spline each point takes.
+    pub fn cost(&self) -> f64 {
+        self.facts().2
     }
 
     /// The word of the command line.
     pub fn word(&self) -> &'static str {
-        match self.name() {
-            MethodName::Natural => "natural",
-            MethodName::Smoothing => "smoothing",
-            MethodName::Fair => "fair",
-            MethodName::Scf => "scf",
-            MethodName::Geodesic => "geodesic",
-        }
+        self.facts().0
     }
 
-    /// What a caption calls it.
+    /// What a caption calls it: the name of the curves and what is asked of them.
     pub fn title(&self) -> String {
-        match (self.name(), self.smoothing, self.deviation) {
-            (MethodName::Natural, ..) => {
-                "natural cubic splines".to_string() + &self.limits.title() + &self.surface.title()
-            }
-            (MethodName::Scf, ..) => {
-                let mut title = format!("smooth connection functions, ν = {}", self.exponent.unwrap_or(2.0));
-                self.tension.iter().for_each(|tension| title += &format!(", τ = {tension}"));
-                title + &self.limits.title()
-            }
-            (MethodName::Fair, ..) => {
-                let mut title = format!("fair curves, {}", self.energy());
-                self.deviation.iter().for_each(|deviation| title += &format!(", deviation ≤ {deviation}"));
-                title += &self.limits.title();
-                title += &self.surface.title();
-                self.corners.iter().for_each(|Degrees(angle)| title += &format!(", corners over {angle}°"));
-                title
-            }
-            (MethodName::Geodesic, ..) => "geodesics".to_string() + &self.surface.title(),
-            (_, Some(lambda), _) => format!("smoothing splines, λ = {lambda}") + &self.surface.title(),
-            (_, _, Some(deviation)) => format!("smoothing splines, deviation ≤ {deviation}"),
-            _ => match self.tube {
-                Some(tube) => format!("splines of least bending within {tube}"),
-                None => "smoothing splines".into(),
-            },
+        if let Some(tube) = self.tube {
+            return format!("splines of least bending within {tube}");
         }
+        let asked = [
+            (self.name() == MethodName::Fair).then(|| self.energy().to_string()),
+            (self.name() == MethodName::Scf).then(|| format!("ν = {}", self.exponent.unwrap_or(2.0))),
+            self.tension.map(|tension| format!("τ = {tension}")),
+            self.smoothing.map(|lambda| format!("λ = {lambda}")),
+            self.deviation.map(|deviation| format!("deviation ≤ {deviation}")),
+        ];
+        let corners = self.corners.map(|Degrees(angle)| format!("corners over {angle}°"));
+        let asked = asked.into_iter().flatten().chain(self.limits.titles()).chain(self.surface.title()).chain(corners);
+        [self.facts().1.to_string()].into_iter().chain(asked).collect::<Vec<_>>().join(", ")
     }
 
     /// These options where --tolerance means something else.
     pub fn without_tolerance(&self) -> Self {
-        MethodArgs { tolerance: None, ..self.clone() }
+        MethodArgs { tolerance: None, given: self.given.without("--tolerance"), ..self.clone() }
     }
 
     /// The method asked for.
@@ -261,9 +255,7 @@ impl MethodArgs {
             }
         }
     }
-}
 
-impl MethodArgs {
     /// λ of smoothing splines, if it is given.
     fn lambda(&self) -> Result<Option<f64>> {
         match self.smoothing {
@@ -327,30 +319,37 @@ impl MethodArgs {
                 "--parametrisation {parametrisation} belongs to --method natural and --method smoothing"
             )));
         }
-        let given: [(_, _, &[MethodName]); 8] = [
-            ("--energy", self.energy.is_some(), &[Fair]),
-            ("--corners", self.corners.is_some(), &[Fair]),
-            ("--exponent", self.exponent.is_some(), &[Fair, Scf]),
-            ("--solver", self.solver.is_some(), &[Fair, Scf]),
-            ("--starts", self.starts.is_some(), &[Fair, Scf]),
-            ("--tension", self.tension.is_some(), &[Scf]),
-            ("--max-iterations", self.max_iterations.is_some(), &[Fair, Scf, Geodesic]),
-            ("--tolerance", self.tolerance.is_some(), &[Fair, Scf, Geodesic]),
-        ];
-        let is_of_others = |option: &&str| *option != "--preserve-shape" || !matches!(self.name(), Natural | Scf);
-        if let Some(option) = self.limits.given().find(is_of_others).filter(|_| self.name() != Fair) {
-            let others = if option == "--preserve-shape" { ", --method natural and --method scf" } else { "" };
-            return Err(Error::argument(format!("{option} belongs to --method fair{others}")));
-        }
-        match given.into_iter().find(|(_, given, methods)| *given && !methods.contains(&self.name())) {
-            Some((option, _, methods)) => {
-                let owners = if methods == [Scf] { "--method scf" } else { "--method fair" };
-                let others = if methods.len() > 1 { " and --method scf" } else { "" };
+        let given = self.given.of::<Self>().chain(self.given.of::<LimitArgs>());
+        let owners = |option: &str| -> &[MethodName] {
+            match option {
+                "--method" | "--samples" | "--pin" | "--smoothing" | "--deviation" | "--tube" | "--parametrisation" => {
+                    MethodName::value_variants()
+                }
+                "--exponent" | "--solver" | "--starts" => &[Fair, Scf],
+                "--tension" => &[Scf],
+                "--max-iterations" | "--tolerance" => &[Fair, Scf, Geodesic],
+                "--preserve-shape" => &[Fair, Natural, Scf],
+                _ => &[Fair],
+            }
+        };
+        match given.map(|option| (option, owners(option))).find(|(_, owners)| !owners.contains(&self.name())) {
+            Some((option, owners)) => {
+                let named =
+                    owners.iter().filter(|owner| **owner != Geodesic).filter_map(|owner| owner.to_possible_value());
+                let named: Vec<String> = named.map(|value| format!("--method {}", value.get_name())).collect();
                 let beziers = if option == "--tolerance" { ", and to fit --as bezier" } else { "" };
-                Err(Error::argument(format!("{option} belongs to {owners}{others}{beziers}")))
+                Err(Error::argument(format!("{option} belongs to {}{beziers}", all_of(&named))))
             }
             None => Ok(()),
         }
+    }
+}
+
+/// "a, b and c".
+fn all_of(words: &[String]) -> String {
+    match words {
+        [first @ .., last] if !first.is_empty() => format!("{} and {last}", first.join(", ")),
+        _ => words.concat(),
     }
 }
 

@@ -11,9 +11,11 @@ mod device;
 mod doctor;
 mod exponent;
 mod fit;
+mod given;
 mod grid;
 mod html;
 mod interrupt;
+mod machine;
 mod map;
 mod method;
 mod output;
@@ -27,7 +29,7 @@ mod words;
 
 use std::ffi::OsString;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::error::{ContextKind, ContextValue};
 use clap::{Args, CommandFactory, Parser, Subcommand};
@@ -67,7 +69,8 @@ enum Command {
     /// Subdivide grids of control points to Laplacian-spline surfaces
     #[command(after_help = EXIT_STATUS)]
     Grid(grid::GridArgs),
-    /// Find the exponent ν of each curve and of its pieces: the one whose smooth connection functions come nearest
+    /// Find the exponent ν of each curve and of its pieces: the one whose smooth connection
+    /// functions come nearest
     #[command(after_help = EXIT_STATUS)]
     Exponent(exponent::ExponentArgs),
     /// Fit on the CPU in f64 and on the device, and compare the curves one by one
@@ -78,7 +81,7 @@ enum Command {
     Doctor(doctor::DoctorArgs),
 }
 
-/// So many letters may be missing, wrong, too many or exchanged in a subcommand that is meant.
+/// A mistyped subcommand has at most this many letters missing, wrong, added or exchanged.
 const MISTYPED: usize = 2;
 
 /// Points along the paths of a drawing: their chords are within this part of a path's size.
@@ -173,7 +176,7 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
         Ok(cli) => cli,
         Err(error) => {
             let error = with_nearest_subcommand(error);
-            // Nothing is left to say where nobody reads what is said.
+            // Nobody may read standard error.
             let _ = error.print();
             return error.exit_code() as u8;
         }
@@ -216,6 +219,22 @@ fn with_nearest_subcommand(mut error: clap::Error) -> clap::Error {
         }
     }
     error
+}
+
+/// An option that must be a positive number. `meaning` says what it is, and gives an example.
+///
+/// # Errors
+/// Another number.
+fn positive(option: &str, number: f64, meaning: &str) -> Result<f64> {
+    match number > 0.0 && number.is_finite() {
+        true => Ok(number),
+        false => Err(Error::argument(format!("{option} is {number}; {meaning}"))),
+    }
+}
+
+/// Whether a file's name ends in one of these extensions.
+fn has_extension(path: &Path, extensions: &[&str]) -> bool {
+    path.extension().is_some_and(|found| extensions.iter().any(|extension| found.eq_ignore_ascii_case(extension)))
 }
 
 /// "1 curve", "2,000 curves".

@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 use faircurve::io::{Format, WriteOptions, check_output, write_atomically};
 use faircurve::{Error, Result};
 
+use super::has_extension;
+
 /// Checks every output before anything is computed: none may be there already (unless `force`),
 /// each folder must take a file, and no two may be the same. `outputs` pairs the option with its
 /// path.
@@ -19,19 +21,18 @@ pub fn check(outputs: &[(&str, &Path)], force: bool) -> Result<()> {
             let path = path.display();
             return Err(Error::argument(format!("{other} and {option} both write {path}: give one another name")));
         }
-        // Only the place is checked here: a report or a picture has a format of its own.
+        // Only the place is checked here. A report or a picture has another format.
         check_output(path, &WriteOptions { format: Some(Format::Csv), overwrite: force, ..WriteOptions::default() })?;
     }
     Ok(())
 }
 
-/// Checks that a picture's name is that of an SVG file.
+/// Checks that a picture's name ends in .svg.
 ///
 /// # Errors
 /// Another extension.
 pub fn check_picture(picture: Option<&Path>) -> Result<()> {
-    let is_svg = |path: &Path| path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("svg"));
-    match picture.filter(|path| !is_svg(path) && !is_stdio(path)) {
+    match picture.filter(|path| !has_extension(path, &["svg"]) && !is_stdio(path)) {
         Some(path) => {
             let path = path.display();
             Err(Error::argument(format!("--picture {path}: pictures are SVG, give a name that ends in .svg")))
@@ -68,7 +69,7 @@ pub fn is_stdio(path: &Path) -> bool {
 
 /// The file's name without folder and extensions; none for standard input.
 pub fn title(input: &Path) -> Option<String> {
-    let zipped = input.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));
-    let stem = if zipped { Path::new(input.file_stem()?).file_stem()? } else { input.file_stem()? };
+    let stem =
+        if has_extension(input, &["gz"]) { Path::new(input.file_stem()?).file_stem()? } else { input.file_stem()? };
     (!is_stdio(input)).then(|| stem.to_string_lossy().into_owned())
 }

@@ -52,11 +52,11 @@ impl FromStr for Weights {
 
 #[derive(Args, Debug)]
 pub struct PlanArgs {
-    /// Makes every curve a chain of Béziers of degree D
+    /// Reads every curve as a chain of Béziers of degree D
     ///
-    /// A chain has D control points a piece and one more, none more where it is closed. Without this
-    /// option every curve is one Bézier curve, closed only where the file or --closed yes says so.
-    /// Paths of SVG are chains of cubics.
+    /// A chain has D control points per piece and one more, or none more if it is closed. Without
+    /// this option every curve is one Bézier curve, closed only where the file or --closed yes says
+    /// so. Paths of SVG are chains of cubics.
     #[arg(long, value_name = "D", allow_negative_numbers = true, help_heading = "Béziers")]
     degree: Option<i64>,
     /// How the pieces of a chain meet [default: free]
@@ -77,8 +77,8 @@ pub struct PlanArgs {
     tangents: Option<EndTangents>,
     /// What is minimised
     ///
-    /// A weighted sum of ∫|X″|² (bending), ∫|X′|² (tension) and ∫|X‴|² (variation) over the parameter,
-    /// which is 0 to 1 of a single curve.
+    /// A weighted sum of ∫|X″|² (bending), ∫|X′|² (tension) and ∫|X‴|² (variation) over the
+    /// parameter, which is 0 to 1 of a single curve.
     #[arg(long, value_name = "NAME=WEIGHT,...", default_value = "bending=1", help_heading = "Béziers")]
     energy: Weights,
     /// Keeps corners: joints where the handles given turn by more than this angle, in degrees
@@ -220,7 +220,8 @@ impl PlanArgs {
 }
 
 impl Plan {
-    /// Reads the control points, with cubics so near to the arcs of a drawing, and marks those that are kept.
+    /// Reads the control points, with cubics so near to the arcs of a drawing, and marks those that
+    /// are kept.
     ///
     /// # Errors
     /// Those of reading; weights; closed chains of which only the ends would be kept.
@@ -254,7 +255,7 @@ impl Plan {
         }
     }
 
-    /// Whether what is read is drawn as cubics, too.
+    /// Whether the input is cubics as well.
     pub fn reads_cubics(&self) -> bool {
         self.svg || matches!(self.method, Method::Simplify(_))
     }

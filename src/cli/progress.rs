@@ -46,18 +46,18 @@ impl Progress {
         self.begin(what.into(), None)
     }
 
-    /// Starts a step that handles so many curves or grids, counted by [`advance`](Self::advance) or
+    /// Starts a step that handles `all` curves or grids, counted by [`advance`](Self::advance) or
     /// the [`counter`](Self::counter); returns the seconds since the last step began.
     pub fn count(&mut self, what: impl Into<String>, all: usize, unit: &'static str) -> f64 {
         self.begin(what.into(), Some((all, unit)))
     }
 
-    /// Counts those of this step that are done.
+    /// The counter of this step.
     pub fn counter(&self) -> Arc<AtomicUsize> {
         self.counter.clone()
     }
 
-    /// So many more are done.
+    /// Counts `more` as done.
     pub fn advance(&self, more: usize) {
         self.counter.fetch_add(more, Ordering::Relaxed);
     }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use faircurve::{CurveStatus, Device, DeviceReport, Result, Work};
-use serde::Serialize;
+use serde_json::Value;
 
 use super::device::{self, DeviceArgs};
 use super::html::Page;
@@ -17,14 +17,14 @@ use super::output;
 use super::progress::Progress;
 use super::report::{self, Seconds};
 use super::words::with_options;
-use super::{Talk, count, thousands};
+use super::{Talk, count, has_extension, thousands};
 
-/// So many that are not usable are listed; --report and -v list them all.
+/// The most unusable curves or grids that are listed. --report and -v list them all.
 const MOST_LISTED: usize = 20;
 
 /// Whether a report is to be a page.
 pub fn is_html(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| ["html", "htm"].iter().any(|html| extension.eq_ignore_ascii_case(html)))
+    has_extension(path, &["html", "htm"])
 }
 
 /// What every run takes.
@@ -32,7 +32,7 @@ pub fn is_html(path: &Path) -> bool {
 pub struct RunArgs {
     #[command(flatten)]
     pub device: DeviceArgs,
-    /// Writes a report as JSON, one line a curve or grid, or as a page with pictures (.html)
+    /// Writes a report as JSON, one line per curve or grid, or as a page with pictures (.html)
     #[arg(long, value_name = "FILE.json|FILE.html", help_heading = "Run")]
     pub report: Option<PathBuf>,
     /// Replaces outputs that exist
@@ -43,8 +43,7 @@ pub struct RunArgs {
 }
 
 impl RunArgs {
-    /// Checks the places of all files that will be written, and that a picture's name is that of an
-    /// SVG file.
+    /// Checks the places of all files that will be written, and that a picture's name ends in .svg.
     ///
     /// # Errors
     /// As [`output::check`].
@@ -82,7 +81,8 @@ impl<'a> Run<'a> {
         Run { args, what, verbs, volume, device, reason, seconds, progress }
     }
 
-    /// Opens the device for the work, which then begins. Of curves those that are finished are counted: `counted` says how many there are.
+    /// Opens the device for the work, which then begins. Of curves those that are finished are
+    /// counted: `counted` says how many there are.
     ///
     /// # Errors
     /// As [`device::open`].
@@ -121,12 +121,12 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    /// Writes a report where one was asked for, with a line each of all.
-    pub fn report<H: Serialize, L: Serialize>(
+    /// Writes a report where one was asked for, with one line for each of all.
+    pub fn report(
         &mut self,
         [usable, all]: [usize; 2],
-        head: impl FnOnce() -> H,
-        line: impl Fn(usize) -> L + Sync,
+        head: impl FnOnce() -> Value,
+        line: impl Fn(usize) -> Value + Sync,
         picture: impl Fn(usize) -> Option<String>,
     ) -> Result<()> {
         let Some(path) = &self.args.report else { return Ok(()) };
@@ -136,7 +136,7 @@ impl<'a> Run<'a> {
             if !is_html(path) {
                 return report::write(out, &head(), self.what, all, line, &totals, &self.progress);
             }
-            let (head, lines) = (serde_json::to_value(head())?, report::lines(all, line, &self.progress)?);
+            let (head, lines) = (head(), report::lines(all, line, &self.progress));
             let title = self.volume.clone();
             Page { title, what: self.what, head, totals: &totals, lines }.write(out, picture)
         })
@@ -159,8 +159,8 @@ impl<'a> Run<'a> {
         self.args.talk.say(line);
     }
 
-    /// Lists those of all that are not usable, and why; whether there is none. `of` gives status,
-    /// message and name.
+    /// Lists the curves or grids that are not usable, and why. Returns whether all are usable. `of`
+    /// gives status, message and name.
     pub fn judge<'r>(
         &self,
         all: usize,

@@ -2,9 +2,9 @@
 
 use faircurve::{CurveBatch, Error, Result, Sampling};
 
-use super::thousands;
+use super::{positive, thousands};
 
-/// Samples a span where nothing else is asked for.
+/// Samples per span by default.
 const SAMPLES: usize = 16;
 
 /// More samples a span are a mistyped number.
@@ -32,10 +32,10 @@ pub fn per_span(samples: Option<i64>) -> Result<usize> {
 pub fn sampling(samples: Option<i64>, spacing: Option<f64>) -> Result<Sampling> {
     match spacing {
         None => Ok(Sampling::PerSpan(per_span(samples)?)),
-        Some(spacing) if spacing > 0.0 && spacing.is_finite() => Ok(Sampling::Spacing(spacing)),
-        Some(spacing) => Err(Error::argument(format!(
-            "--spacing is {spacing}; it must be a positive length in units of the input, such as --spacing 0.5"
-        ))),
+        Some(spacing) => {
+            let why = "it must be a positive length in units of the input, such as --spacing 0.5";
+            positive("--spacing", spacing, why).map(Sampling::Spacing)
+        }
     }
 }
 

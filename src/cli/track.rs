@@ -11,6 +11,7 @@ use faircurve::{CurveBatch, Error, Fit, Result, Sampling};
 use jiff::{Span, SpanRelativeTo, Unit};
 
 use super::count;
+use super::given::Given;
 use super::sampling::count_of;
 use super::words::one_of;
 
@@ -18,8 +19,10 @@ use super::words::one_of;
 pub struct TrackArgs {
     /// Other columns of a CSV file that travel along: all, or names
     ///
-    /// Numbers are interpolated. COG, course, heading, and what has :angle after its name are angles in degrees, which go the short way round. Texts,
-    /// and what has :nearest after its name, are those of the nearest point. What is the same in all rows of a curve stays as it is.
+    /// Numbers are interpolated. COG, course, heading, and what has :angle after its name are
+    /// angles in degrees, which go the short way round. Texts, and what has :nearest after its
+    /// name, have the value of the nearest point. Values that are equal in all rows of a curve stay
+    /// as they are.
     #[arg(long, value_name = "all|COLUMN,...", help_heading = "Tracks")]
     carry: Option<Carried>,
     /// Cuts tracks where times are more than DT apart
@@ -30,7 +33,7 @@ pub struct TrackArgs {
     /// Samples at every multiple of DT within the times of each curve, such as 1h
     #[arg(long, value_name = "DT", allow_negative_numbers = true, conflicts_with_all = ["samples", "spacing", "points", "at"], help_heading = "Tracks")]
     every: Option<String>,
-    /// Samples at the times of a file: a column t, and curve where times are those of one curve
+    /// Samples at the times of a file: a column t, and a column curve for times of single curves
     #[arg(long, value_name = "FILE", conflicts_with_all = ["samples", "spacing", "points"], help_heading = "Tracks")]
     at: Option<PathBuf>,
     /// N samples of each curve at equal arc lengths
@@ -39,6 +42,8 @@ pub struct TrackArgs {
     /// Writes more columns, into CSV, NPZ and TRK
     #[arg(long, value_name = "QUANTITY,...", value_delimiter = ',', value_parser = one_of(Quantity::WORDS), help_heading = "Output")]
     write: Vec<Quantity>,
+    #[command(flatten)]
+    given: Given,
 }
 
 /// Where curves are sampled, as far as that is known before they are read.
@@ -85,15 +90,8 @@ impl TrackArgs {
     }
 
     /// The first option that asks for something of samples.
-    pub fn given(&self) -> Option<&'static str> {
-        let given = [
-            ("--carry", self.carry.is_some()),
-            ("--every", self.every.is_some()),
-            ("--at", self.at.is_some()),
-            ("--points", self.points.is_some()),
-            ("--write", !self.write.is_empty()),
-        ];
-        given.into_iter().find(|(_, given)| *given).map(|(option, _)| option)
+    pub fn given(&self) -> Option<&str> {
+        self.given.of::<Self>().find(|option| *option != "--gap")
     }
 
     /// Cuts tracks where they pause, if that is asked for.

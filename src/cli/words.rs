@@ -16,7 +16,8 @@ where
     })
 }
 
-/// Reads the word of a format, or another extension of its files; help lists them with what they hold.
+/// Reads the word of a format, or another extension of its files; help lists them with what they
+/// hold.
 pub fn format() -> impl TypedValueParser<Value = Format> {
     let listed = Format::ALL.iter().map(|format| {
         let mut extensions = format.extensions();
@@ -45,7 +46,8 @@ const OPTIONS: [(&str, &str); 15] = [
     ("`overwrite`", "--force"),
 ];
 
-/// A sentence of the library for users of the program: with options in place of the library's names.
+/// A sentence of the library for users of the program: with options in place of the library's
+/// names.
 pub fn with_options(sentence: impl ToString) -> String {
     let replace = |sentence: String, (name, option): (&str, &str)| match sentence.contains(name) {
         true => sentence.replace(name, option),

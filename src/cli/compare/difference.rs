@@ -73,8 +73,7 @@ impl Bounds {
     }
 }
 
-/// Energies below this part of the largest of a batch are rounding, such as those of straight
-/// curves.
+/// Energies below this part of the largest of a batch are rounding, as for straight curves.
 const NO_ENERGY: f64 = 1e-12;
 
 /// What a comparison found.
@@ -154,13 +153,7 @@ fn difference(batch: &CurveBatch, i: usize, reference: &Timed, run: &Timed) -> O
         return if same { None } else { Some(f64::INFINITY) };
     }
     let dimension = batch.dimension();
-    let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
-    for point in batch.points(i).chunks_exact(dimension) {
-        for (axis, &x) in point.iter().enumerate() {
-            (low[axis], high[axis]) = (low[axis].min(x), high[axis].max(x));
-        }
-    }
-    let size = (0..dimension).map(|axis| (high[axis] - low[axis]).powi(2)).sum::<f64>().sqrt();
+    let size = faircurve::bounds::Bounds::<3>::of_flat(batch.points(i), dimension).diagonal();
     let distance = |(a, b): (&[f64], &[f64])| a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
     let mut largest = 0.0f64;
     for d in a.chunks_exact(dimension).zip(b.chunks_exact(dimension)).map(distance) {

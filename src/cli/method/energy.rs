@@ -18,8 +18,8 @@ impl FromStr for EnergyWeights {
 
 pub fn energy_help() -> String {
     format!(
-        "What is minimised: a weighted sum of {}. Weights are in units of the input; that of tautness beside bending has \
-         none. With attachment points are no longer fixed [default: bending=1,tautness=1; with --exponent bending=1]",
+        "What is minimised: a weighted sum of {}. Weights are in units of the input; the weight of tautness has none if bending is \
+         given, too. With attachment points are no longer fixed [default: bending=1,tautness=1; with --exponent bending=1]",
         Energy::NAMES.join(", ")
     )
 }

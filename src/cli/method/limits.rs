@@ -1,11 +1,12 @@
 //! The limits that curves keep.
 
-use std::fmt::Write;
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
+use faircurve::Result;
 use faircurve::discrete::{Limits, Region};
-use faircurve::{Error, Result};
+
+use crate::cli::{count, positive};
 
 /// An axis along which curves go on.
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
@@ -45,17 +46,17 @@ impl Numbers {
 pub struct LimitArgs {
     /// Keeps the curvature of fair curves at K or less, in 1/length
     ///
-    /// A column kmax bounds single spans. A curve for which none is found that keeps its limits is infeasible. With
-    /// --energy length=1 alone planar curves are the shortest ones: Dubins' paths.
+    /// A column kmax bounds single spans. A curve is infeasible if none is found that keeps its
+    /// limits. With --energy length=1 alone, planar curves are the shortest ones: Dubins' paths.
     #[arg(long, value_name = "K", allow_negative_numbers = true)]
     max_curvature: Option<f64>,
     /// Keeps the turning radius of fair curves at R or more
     #[arg(long, value_name = "R", conflicts_with = "max_curvature", allow_negative_numbers = true)]
     min_radius: Option<f64>,
-    /// Lets curves turn only to the side to which their points turn, and fair ones in space twist
+    /// Lets curves turn only to the side to which their points turn; in space, twist
     ///
-    /// For --method fair, natural and scf. In space it is the sign of torsion that is kept, by an --energy with variation
-    /// or torsion.
+    /// For --method fair, natural and scf. In space the sign of torsion is kept, by fair curves
+    /// whose --energy has variation or torsion.
     #[arg(long)]
     preserve_shape: bool,
     /// Lets fair curves go along an axis from point to point, and not back: x, or x,y for two
@@ -65,47 +66,35 @@ pub struct LimitArgs {
     monotone: Vec<Axis>,
     /// Keeps fair curves within D of the chords between their points, in units of the input
     ///
-    /// A column corridor has widths of single spans.
+    /// A column corridor gives widths of single spans.
     #[arg(long, value_name = "D", allow_negative_numbers = true)]
     corridor: Option<f64>,
-    /// Keeps fair curves out of the disc around X,Y of radius R; in space X,Y,Z,R. Give it once for every disc
+    /// Keeps fair curves out of the disc around X,Y of radius R; in space X,Y,Z,R. Give it once for
+    /// every disc
     #[arg(long, value_name = "X,Y,R", allow_hyphen_values = true)]
     keep_out: Vec<Numbers>,
-    /// Keeps fair curves within the disc around X,Y of radius R; in space X,Y,Z,R. Give it once for every disc
+    /// Keeps fair curves within the disc around X,Y of radius R; in space X,Y,Z,R. Give it once for
+    /// every disc
     #[arg(long, value_name = "X,Y,R", allow_hyphen_values = true)]
     keep_in: Vec<Numbers>,
-    /// Keeps fair curves in the half-plane A x + B y ≤ C; in space A,B,C,D. Give it once for every half-plane
+    /// Keeps fair curves in the half-plane A x + B y ≤ C; in space A,B,C,D. Give it once for every
+    /// half-plane
     #[arg(long, value_name = "A,B,C", allow_hyphen_values = true)]
     half_plane: Vec<Numbers>,
-    /// Keeps fair curves from being longer than so many times the polygon of their points
+    /// Keeps the length of fair curves at most S times the length of the polygon of their points
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     max_stretch: Option<f64>,
-    /// Keeps planar fair curves from crossing each other where their points do not: contour lines, lanes
+    /// Keeps planar fair curves from crossing each other where their points do not: contour lines,
+    /// lanes
     ///
-    /// Every pair of curves whose polygons of points do not cross or touch is kept apart, at the cost of energy. Curves that do not cross
-    /// stay as they are. One that crosses a neighbour in the end is infeasible.
+    /// Pairs of curves whose polygons do not cross or touch are kept apart, at the cost of energy.
+    /// Curves that do not cross stay as they are. A curve that still crosses a neighbour is
+    /// infeasible.
     #[arg(long)]
     no_crossing: bool,
 }
 
 impl LimitArgs {
-    /// The options that are given.
-    pub fn given(&self) -> impl Iterator<Item = &'static str> {
-        let all = [
-            ("--max-curvature", self.max_curvature.is_some()),
-            ("--min-radius", self.min_radius.is_some()),
-            ("--preserve-shape", self.preserve_shape),
-            ("--monotone", !self.monotone.is_empty()),
-            ("--corridor", self.corridor.is_some()),
-            ("--keep-out", !self.keep_out.is_empty()),
-            ("--keep-in", !self.keep_in.is_empty()),
-            ("--half-plane", !self.half_plane.is_empty()),
-            ("--max-stretch", self.max_stretch.is_some()),
-            ("--no-crossing", self.no_crossing),
-        ];
-        all.into_iter().filter(|(_, given)| *given).map(|(option, _)| option)
-    }
-
     /// Whether curves keep the shape of their points.
     pub fn shape(&self) -> bool {
         self.preserve_shape
@@ -116,27 +105,23 @@ impl LimitArgs {
         self.corridor
     }
 
-    /// The words of a caption, each after a comma.
-    pub fn title(&self) -> String {
-        let mut title = String::new();
-        let mut add = |words: String| write!(title, ", {words}").expect("text has room");
-        self.max_curvature.iter().for_each(|curvature| add(format!("curvature ≤ {curvature}")));
-        self.min_radius.iter().for_each(|radius| add(format!("radius ≥ {radius}")));
-        if self.preserve_shape {
-            add("shape kept".into());
-        }
-        self.monotone.iter().for_each(|axis| add(format!("monotone in {}", format!("{axis:?}").to_lowercase())));
-        self.corridor.iter().for_each(|width| add(format!("corridor {width}")));
-        self.max_stretch.iter().for_each(|stretch| add(format!("length ≤ {stretch} polygons")));
-        if self.no_crossing {
-            add("no crossing".into());
-        }
-        match self.regions().count() {
-            0 => {}
-            1 => add("1 region".into()),
-            count => add(format!("{count} regions")),
-        }
-        title
+    /// The words of a caption.
+    pub fn titles(&self) -> impl Iterator<Item = String> {
+        let regions = self.regions().count();
+        let before = [
+            self.max_curvature.map(|curvature| format!("curvature ≤ {curvature}")),
+            self.min_radius.map(|radius| format!("radius ≥ {radius}")),
+            self.preserve_shape.then(|| "shape kept".into()),
+        ];
+        let after = [
+            self.corridor.map(|width| format!("corridor {width}")),
+            self.max_stretch.map(|stretch| format!("length ≤ {stretch} polygons")),
+            self.no_crossing.then(|| "no crossing".into()),
+            (regions > 0).then(|| count(regions, "region")),
+        ];
+        let along =
+            self.monotone.iter().map(|axis| Some(format!("monotone in {}", format!("{axis:?}").to_lowercase())));
+        before.into_iter().chain(along).chain(after).flatten()
     }
 
     fn regions(&self) -> impl Iterator<Item = Region> {
@@ -150,17 +135,13 @@ impl LimitArgs {
 
     /// The limits for curves of a dimension.
     pub fn limits(&self) -> Result<Limits> {
-        let given = [
+        for (option, value, unit) in [
             ("--max-curvature", self.max_curvature, "1/length"),
             ("--min-radius", self.min_radius, "length"),
             ("--corridor", self.corridor, "length"),
-        ];
-        for (option, value, unit) in given {
-            if let Some(value) = value.filter(|value| !(*value > 0.0 && value.is_finite())) {
-                return Err(Error::argument(format!(
-                    "{option} is {value}; it must be a positive number, in units of {unit}, such as {option} 0.5"
-                )));
-            }
+        ] {
+            let why = format!("it must be a positive number, in units of {unit}, such as {option} 0.5");
+            value.map_or(Ok(0.0), |value| positive(option, value, &why))?;
         }
         let curvature = self.max_curvature.or(self.min_radius.map(|radius| 1.0 / radius));
         let along = |axis: Axis| std::array::from_fn(|c| f64::from(u8::from(c == axis as usize)));

@@ -12,7 +12,8 @@ use faircurve::{Error, Result};
 
 use super::{MethodArgs, MethodName};
 
-/// A surface by its word and its sizes. Those of files are read when everything else has been checked.
+/// A surface by its word and its sizes. Those of files are read when everything else has been
+/// checked.
 #[derive(Clone, Debug)]
 struct Word {
     text: String,
@@ -31,14 +32,17 @@ impl FromStr for Word {
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Curves in a surface")]
 pub struct SurfaceArgs {
-    /// Fits fair curves in a surface: sphere, wgs84, ellipsoid:a,b,c, spheroid:a,b, torus:R,r, cylinder:R, cone:degrees, grid:FILE, mesh:FILE.obj
+    /// Fits fair curves in a surface: sphere, wgs84, ellipsoid:a,b,c, spheroid:a,b, torus:R,r,
+    /// cylinder:R, cone:degrees, grid:FILE, mesh:FILE.obj
     ///
-    /// On sphere and wgs84 x and y are longitudes and latitudes in degrees, and lengths are in metres. No curve tears at the
-    /// date line or at a pole. The others take points in space. Their axis is along z, through 0.
+    /// On sphere and wgs84 x and y are longitudes and latitudes in degrees, and lengths are in
+    /// metres. No curve tears at the date line or at a pole. The others take points in space. Their
+    /// axis is along z, through 0.
     ///
-    /// grid:FILE is the terrain over a grid of heights, as the command grid reads them from CSV and NPZ, where x is the column
-    /// and y the row. grid:FILE,D has nodes D apart, grid:FILE,DX,DY columns and rows (DY below 0 from north to
-    /// south), and grid:FILE,DX,DY,X0,Y0 column 0 of row 0 at X0, Y0.
+    /// grid:FILE is the terrain over a grid of heights, as the command grid reads them from CSV and
+    /// NPZ, where x is the column and y the row. grid:FILE,D has nodes D apart, grid:FILE,DX,DY
+    /// columns and rows (DY below 0 from north to south), and grid:FILE,DX,DY,X0,Y0 column 0 of row
+    /// 0 at X0, Y0.
     ///
     /// mesh:FILE.obj is a smooth surface through the vertices of triangles.
     #[arg(long, value_name = "SURFACE")]
@@ -46,7 +50,8 @@ pub struct SurfaceArgs {
     /// The radius of --surface sphere [default: 6371008.7714, of the Earth in metres]
     #[arg(long, value_name = "R", requires = "surface", allow_negative_numbers = true)]
     radius: Option<f64>,
-    /// The largest distance of a point from its surface, onto which it is moved [default: 0.001 of the curve's size]
+    /// The largest distance of a point from its surface, onto which it is moved [default: 0.001 of
+    /// the curve's size]
     #[arg(long, value_name = "D", requires = "surface", allow_negative_numbers = true)]
     off_surface: Option<f64>,
 }
@@ -62,16 +67,17 @@ impl SurfaceArgs {
         self.surface.as_ref().and_then(|word| word.surface.as_ref()?.globe()).is_some()
     }
 
-    /// The words of a caption, after a comma.
-    pub fn title(&self) -> String {
+    /// The words of a caption.
+    pub fn title(&self) -> Option<String> {
         let name = |word: &Word| word.surface.as_ref().map_or(word.text.clone(), |surface| surface.name());
-        self.surface.as_ref().map_or(String::new(), |word| format!(", in {}", name(word)))
+        self.surface.as_ref().map(|word| format!("in {}", name(word)))
     }
 
     /// The surface.
     ///
     /// # Errors
-    /// A radius that is none, or of another surface. A file that cannot be read or makes no surface.
+    /// A radius that is none, or of another surface. A file that cannot be read or makes no
+    /// surface.
     pub fn surface(&self) -> Result<Option<Arc<dyn Surface>>> {
         match (&self.surface, self.radius) {
             (None, _) => Ok(None),

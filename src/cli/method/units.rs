@@ -1,4 +1,5 @@
-//! The units of what is asked for, once the curves are known: λ where times are dates, and distances of longitudes and latitudes.
+//! The units of what is asked for, once the curves are known: λ where times are dates, and
+//! distances of longitudes and latitudes.
 
 use std::fmt::Display;
 
@@ -15,7 +16,7 @@ const HOUR: f64 = 3600.0;
 const DEGREE: f64 = 111_195.0;
 
 impl Method {
-    /// The unit of λ in that of the parameters, cubed.
+    /// The unit of λ in the cubed unit of the parameters.
     pub fn lambda_unit(&self, batch: &CurveBatch) -> f64 {
         let parametrisation = match self {
             Method::Smoothing(smoothing) => smoothing.parametrisation,
@@ -47,10 +48,11 @@ impl Method {
 }
 
 impl MethodArgs {
-    /// What is to be said of distances, in degrees or larger than curves. `spacing` is that of samples.
+    /// Notes of distances that are in degrees, or larger than curves. `spacing` is the spacing of
+    /// samples.
     ///
     /// # Errors
-    /// Degrees for a distance than which all curves are smaller, none of them closed.
+    /// A distance in degrees that is larger than all curves, if none is closed.
     pub fn distances(&self, batch: &CurveBatch, spacing: Option<f64>) -> Result<Vec<String>> {
         let units = |deviation: Option<Deviation>| match deviation {
             Some(Deviation::Units(distance)) => Some(distance),
