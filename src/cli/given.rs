@@ -1,32 +1,32 @@
 //! [`Given`]: which options stand on the command line, of any struct of options.
 
+use clap::parser::ValueSource;
 use clap::{ArgMatches, Args, Command, FromArgMatches, Id};
 
-/// The options that stand on the command line, by the groups that clap makes of structs.
+/// The options that stand on the command line.
+///
+/// It is the first field of a struct of options: clap takes the options out that other fields read.
 #[derive(Clone, Debug, Default)]
-pub struct Given(Vec<(Id, Vec<String>)>);
+pub struct Given(Vec<Id>);
 
 impl Given {
-    /// Those of a struct in the order in which they are given, such as `--max-curvature`.
-    pub fn of<A: Args>(&self) -> impl Iterator<Item = &str> {
-        let group = A::group_id();
-        let groups = self.0.iter().filter(move |(own, _)| Some(own) == group.as_ref());
-        groups.flat_map(|(_, options)| options.iter().map(String::as_str))
+    /// The options of a struct that are given, such as `--max-curvature`, in the order of the help.
+    pub fn of<A: Args>(&self) -> Vec<String> {
+        let command = A::augment_args(Command::new(""));
+        let given = command.get_arguments().filter(|argument| self.0.contains(argument.get_id()));
+        given.filter_map(|argument| Some(format!("--{}", argument.get_long()?))).collect()
     }
 
-    /// These without one option.
-    pub fn without(&self, option: &str) -> Self {
-        let mut given = self.clone();
-        given.0.iter_mut().for_each(|(_, options)| options.retain(|own| own != option));
-        given
+    /// These without the option that a field reads.
+    pub fn without(&self, field: &str) -> Self {
+        Given(self.0.iter().filter(|id| *id != field).cloned().collect())
     }
 }
 
 impl FromArgMatches for Given {
     fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
-        let option = |id: &Id| format!("--{}", id.as_str().replace('_', "-"));
-        let group = |id: &Id| Some((id.clone(), matches.try_get_many(id.as_str()).ok()??.map(option).collect()));
-        Ok(Given(matches.ids().filter_map(group).collect()))
+        let is_given = |id: &&Id| matches.value_source(id.as_str()) == Some(ValueSource::CommandLine);
+        Ok(Given(matches.ids().filter(is_given).cloned().collect()))
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {

@@ -46,6 +46,8 @@ const NAMED: usize = 3;
 
 #[derive(Args, Debug)]
 pub struct MapArgs {
+    #[command(flatten)]
+    given: Given,
     /// Whether borders that curves share are found, fitted once and stay shared
     #[arg(long, value_enum, default_value_t = Shared::Auto, value_name = "WHEN", help_heading = "Maps")]
     topology: Shared,
@@ -66,8 +68,6 @@ pub struct MapArgs {
     /// Rings that would have less are brought back towards their points. 0 lets them shrink.
     #[arg(long, value_name = "SHARE", allow_negative_numbers = true, help_heading = "Maps")]
     keep_area: Option<f64>,
-    #[command(flatten)]
-    given: Given,
 }
 
 impl MapArgs {
@@ -84,7 +84,7 @@ impl MapArgs {
             Shared::No => false,
         };
         if !wanted {
-            return match self.given.of::<Self>().find(|option| *option != "--topology") {
+            return match self.given.of::<Self>().into_iter().find(|option| option != "--topology") {
                 None if batch.is_map() && option.is_none() => Topology::frame(batch),
                 None => Ok(None),
                 Some(option) => Err(Error::argument(format!(

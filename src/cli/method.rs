@@ -61,6 +61,8 @@ impl FromStr for Degrees {
 /// What is fitted.
 #[derive(Args, Clone, Debug)]
 pub struct MethodArgs {
+    #[command(flatten)]
+    given: Given,
     /// How curves are fitted [default: natural]
     ///
     /// With --smoothing, --deviation or --tube the default is smoothing, and with a limit, such as
@@ -159,8 +161,6 @@ pub struct MethodArgs {
     limits: LimitArgs,
     #[command(flatten)]
     surface: SurfaceArgs,
-    #[command(flatten)]
-    given: Given,
 }
 
 impl MethodArgs {
@@ -168,7 +168,7 @@ impl MethodArgs {
     pub fn name(&self) -> MethodName {
         let near = self.deviation.is_some() || self.smoothing.is_some() || self.tube.is_some();
         let is_smoothed_in_surface = self.surface.is_given() && self.smoothing.is_some();
-        let has_limits = self.given.of::<LimitArgs>().next().is_some() || self.surface.is_given();
+        let has_limits = !self.given.of::<LimitArgs>().is_empty() || self.surface.is_given();
         self.method.unwrap_or(match (has_limits && !is_smoothed_in_surface, near) {
             (true, _) => MethodName::Fair,
             (_, true) => MethodName::Smoothing,
@@ -217,7 +217,7 @@ impl MethodArgs {
 
     /// These options where --tolerance means something else.
     pub fn without_tolerance(&self) -> Self {
-        MethodArgs { tolerance: None, given: self.given.without("--tolerance"), ..self.clone() }
+        MethodArgs { tolerance: None, given: self.given.without("tolerance"), ..self.clone() }
     }
 
     /// The method asked for.
@@ -319,12 +319,10 @@ impl MethodArgs {
                 "--parametrisation {parametrisation} belongs to --method natural and --method smoothing"
             )));
         }
-        let given = self.given.of::<Self>().chain(self.given.of::<LimitArgs>());
         let owners = |option: &str| -> &[MethodName] {
             match option {
-                "--method" | "--samples" | "--pin" | "--smoothing" | "--deviation" | "--tube" | "--parametrisation" => {
-                    MethodName::value_variants()
-                }
+                "--method" | "--samples" | "--pin" | "--smoothing" | "--deviation" | "--tube" | "--parametrisation"
+                | "--surface" | "--radius" | "--off-surface" => MethodName::value_variants(),
                 "--exponent" | "--solver" | "--starts" => &[Fair, Scf],
                 "--tension" => &[Scf],
                 "--max-iterations" | "--tolerance" => &[Fair, Scf, Geodesic],
@@ -332,16 +330,14 @@ impl MethodArgs {
                 _ => &[Fair],
             }
         };
-        match given.map(|option| (option, owners(option))).find(|(_, owners)| !owners.contains(&self.name())) {
-            Some((option, owners)) => {
-                let named =
-                    owners.iter().filter(|owner| **owner != Geodesic).filter_map(|owner| owner.to_possible_value());
-                let named: Vec<String> = named.map(|value| format!("--method {}", value.get_name())).collect();
-                let beziers = if option == "--tolerance" { ", and to fit --as bezier" } else { "" };
-                Err(Error::argument(format!("{option} belongs to {}{beziers}", all_of(&named))))
-            }
-            None => Ok(()),
-        }
+        let Some(option) = self.given.of::<Self>().into_iter().find(|option| !owners(option).contains(&self.name()))
+        else {
+            return Ok(());
+        };
+        let named = owners(&option).iter().filter(|owner| **owner != Geodesic);
+        let named = named.filter_map(|owner| Some(format!("--method {}", owner.to_possible_value()?.get_name())));
+        let beziers = if option == "--tolerance" { ", and to fit --as bezier" } else { "" };
+        Err(Error::argument(format!("{option} belongs to {}{beziers}", all_of(&named.collect::<Vec<_>>()))))
     }
 }
 

@@ -17,6 +17,8 @@ use super::words::one_of;
 
 #[derive(Args, Debug)]
 pub struct TrackArgs {
+    #[command(flatten)]
+    given: Given,
     /// Other columns of a CSV file that travel along: all, or names
     ///
     /// Numbers are interpolated. COG, course, heading, and what has :angle after its name are
@@ -42,8 +44,6 @@ pub struct TrackArgs {
     /// Writes more columns, into CSV, NPZ and TRK
     #[arg(long, value_name = "QUANTITY,...", value_delimiter = ',', value_parser = one_of(Quantity::WORDS), help_heading = "Output")]
     write: Vec<Quantity>,
-    #[command(flatten)]
-    given: Given,
 }
 
 /// Where curves are sampled, as far as that is known before they are read.
@@ -90,8 +90,8 @@ impl TrackArgs {
     }
 
     /// The first option that asks for something of samples.
-    pub fn given(&self) -> Option<&str> {
-        self.given.of::<Self>().find(|option| *option != "--gap")
+    pub fn given(&self) -> Option<String> {
+        self.given.of::<Self>().into_iter().find(|option| option != "--gap")
     }
 
     /// Cuts tracks where they pause, if that is asked for.
