@@ -1,14 +1,13 @@
 //! Arc length of smooth pieces, and its inverse.
 //!
-//! - The length is Gauss' quadrature. The error is judged by how fast the Legendre coefficients of
-//!   the speed fall. A piece whose coefficients fall too slowly is cut at the least speed.
-//! - The inverse takes safeguarded Newton steps.
+//! Lengths are Gauss quadratures. The error is estimated by the decay of the speed's Legendre
+//! coefficients. The inverse takes safeguarded Newton steps.
 //!
-//! Relative errors are below 1e-9, also at cusps and near them. The speed near a cusp is about
-//! √(s²+c²u²), which no rule of any order follows across u = 0. So a piece that is not smooth
-//! enough is cut at the least speed, and halved towards it.
+//! Relative errors are below 1e-9, also at and near cusps. The speed near a cusp is about
+//! √(s²+c²u²), which no rule integrates well across u = 0. So a piece that is not smooth enough is
+//! cut at the least speed and bisected towards it.
 
-/// Nodes of the rule, and lanes that sum them.
+/// Nodes of the rule, and lanes of their sum.
 const NODES: usize = 12;
 const LANES: usize = 4;
 
@@ -22,8 +21,7 @@ const GAUSS_12: [(f64, f64); NODES / 2] = [
     (0.981_560_634_246_719_3, 0.047_175_336_386_511_83),
 ];
 
-/// Degrees of the Legendre coefficients that judge the error: the last that the rule can tell
-/// apart.
+/// Degrees of the Legendre coefficients for the error estimate: the last that the rule resolves.
 const TAIL: [usize; 3] = [9, 10, 11];
 
 /// The rule on (0, 1).
@@ -67,30 +65,28 @@ const fn legendre(degree: usize, x: f64) -> f64 {
     here
 }
 
-/// Error that a piece may have, as a part of the length of all pieces.
+/// The error of a piece, relative to the length of all pieces.
 const TOLERANCE: f64 = 1e-11;
 
-/// A piece whose speed falls below this part of its largest may have a cusp nearby.
+/// A piece whose speed falls below this fraction of its maximum may be near a cusp.
 ///
-/// Near a cusp the coefficients first fall as powers of their number. The square of the last
-/// coefficient then says nothing of the error.
+/// Near a cusp the coefficients first decay algebraically. The square of the last coefficient is
+/// then no estimate of the error.
 const SLOW: f64 = 0.1;
 
-/// Towards a least speed s a piece is halved until it is about as short as s, or too short to
-/// matter.
-///
-/// A piece of 2⁻²⁰ of the whole is about the root of the tolerance.
+/// The most bisections towards a least speed. A piece of 2⁻²⁰ of the whole is about the square root
+/// of the tolerance.
 const MAX_HALVINGS: u32 = 40;
 
-/// Steps of the search for the least speed. Each step shrinks the bracket to 0.618 of it.
+/// Golden-section steps of the search for the least speed.
 ///
 /// A cut that misses the least speed by 1e-7 of a piece costs 1e-14 of its length.
 const SEARCH: usize = 40;
 
-/// A piece's length by the rule, and how large the last coefficients are.
+/// A piece's length by the rule, and its error estimate.
 struct Estimate {
     length: f64,
-    /// Largest of the last coefficients.
+    /// The largest of the last coefficients.
     tail: f64,
     speeds: [f64; NODES],
 }
@@ -119,9 +115,9 @@ impl Estimate {
         Estimate { length: width * sum(&RULE.weights), tail: width * tail, speeds }
     }
 
-    /// Whether the estimate is good enough beside the length of all pieces.
+    /// Whether the estimate is good enough, relative to the length of all pieces.
     ///
-    /// Coefficients of a smooth speed fall as ρ⁻ᵏ. The rule's error is that of coefficient 24, far
+    /// Coefficients of a smooth speed decay as ρ⁻ᵏ. The rule's error is about coefficient 24, far
     /// below the square of coefficient 9.
     #[inline(always)]
     fn is_good(&self, whole: f64) -> bool {
@@ -134,8 +130,7 @@ impl Estimate {
         smooth || self.tail <= TOLERANCE * whole
     }
 
-    /// The fraction at which the speed is least, if that is inside the piece and far below the
-    /// largest speed.
+    /// The fraction of the least speed, if it is inside the piece and far below the largest speed.
     #[cold]
     fn slowest(&self, speed: &dyn Fn(f64) -> f64, from: f64, to: f64) -> Option<f64> {
         let at = |k: usize| {
@@ -205,7 +200,7 @@ const GAUSS_6: [(f64, f64); 3] = [
     (0.932_469_514_203_152, 0.171_324_492_379_170_35),
 ];
 
-/// Length of a piece whose speed hardly changes, by six speeds.
+/// Length of a piece of almost constant speed, by six speeds.
 #[inline(always)]
 pub(crate) fn steady_length(speed: impl Fn(f64) -> f64) -> f64 {
     let mut sum = 0.0;
@@ -226,7 +221,7 @@ pub fn span_length(speed: impl Fn(f64) -> f64) -> f64 {
 /// `length` is the length of the whole span. The result is good to 1e-9 of that length.
 #[inline(always)]
 pub fn fraction_at(speed: impl Fn(f64) -> f64, length: f64, target: f64) -> f64 {
-    /// Error of a site, as a part of the length.
+    /// The error of the result, relative to the length.
     const CLOSE: f64 = 1e-10;
     let (mut low, mut high) = (0.0, 1.0);
     let mut u = target / length;
@@ -241,8 +236,7 @@ pub fn fraction_at(speed: impl Fn(f64) -> f64, length: f64, target: f64) -> f64 
             low = u
         }
         let newton = u - excess / speed(u);
-        // A Newton step where it stays inside the bracket, bisection where it does not (near a
-        // cusp).
+        // A Newton step inside the bracket, else bisection (near a cusp).
         u = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
     }
     u

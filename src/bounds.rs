@@ -1,6 +1,6 @@
-//! [`Bounds`]: the box around points, sides along the axes.
+//! [`Bounds`]: an axis-aligned bounding box.
 
-/// The box around points; of none, empty.
+/// An axis-aligned bounding box, empty without points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bounds<const D: usize> {
     pub low: [f64; D],
@@ -24,7 +24,7 @@ impl<const D: usize> Bounds<D> {
         (self.low[axis], self.high[axis]) = (self.low[axis].min(x), self.high[axis].max(x));
     }
 
-    /// Lengths of the sides; 0 along an axis without numbers.
+    /// Lengths of the sides, 0 along an axis without numbers.
     pub fn sides(&self) -> [f64; D] {
         std::array::from_fn(|c| if self.low[c] <= self.high[c] { self.high[c] - self.low[c] } else { 0.0 })
     }
@@ -38,18 +38,18 @@ impl<const D: usize> Bounds<D> {
         self.sides().into_iter().map(|side| side * side).sum::<f64>().sqrt()
     }
 
-    /// The middle, by halves, so that nothing overflows; 0 along an axis without numbers.
+    /// The middle, without overflow. 0 along an axis without numbers.
     pub fn middle(&self) -> [f64; D] {
         std::array::from_fn(|c| if self.low[c] <= self.high[c] { 0.5 * self.low[c] + 0.5 * self.high[c] } else { 0.0 })
     }
 
-    /// Half the longest side, by halves, so that nothing overflows.
+    /// Half the longest side, without overflow.
     pub fn half_size(&self) -> f64 {
         (0..D).map(|c| 0.5 * self.high[c] - 0.5 * self.low[c]).fold(0.0, f64::max)
     }
 
-    /// Of flat coordinates, point after point, in up to D dimensions. Numbers that are not finite
-    /// have no part.
+    /// The bounds of flat coordinates in up to D dimensions. Numbers that are not finite are
+    /// ignored.
     pub fn of_flat(coords: &[f64], dimension: usize) -> Self {
         let mut bounds = Self::EMPTY;
         for point in coords.chunks_exact(dimension) {

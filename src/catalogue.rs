@@ -1,11 +1,11 @@
-//! Every variant of every kernel. The shader tests compose, validate and lint them.
+//! All kernels in all variants, for the shader tests.
 
 use crate::gpu::KernelKey;
 use crate::gpu::source::definitions;
 use crate::precision::Precision;
 use crate::{bezier, discrete, laplacian, linalg, scf, spline};
 
-/// Every variant of every kernel: paths, entry points, precisions, definitions.
+/// All kernels in all variants: paths, entry points, precisions, definitions.
 pub fn kernels() -> Vec<KernelKey> {
     let mut keys = Vec::new();
     for precision in [Precision::F32, Precision::F64] {

@@ -1,42 +1,38 @@
-//! Constraints as data: what a curve must meet at its data points, beside passing through (or near)
-//! them.
+//! [`Constraints`] at data points.
 //!
-//! Code that handles every constraint takes [`Constraints`] apart by name, in this file. A new
-//! constraint does not compile until all of that code handles it.
+//! This file destructures [`Constraints`] by name, so that a new constraint does not compile until
+//! all code handles it.
 
 use crate::error::{Error, Result};
 
-/// Constraints of a whole batch, one entry a data point, in the order of the batch's points.
+/// Constraints of a batch, one entry per data point.
 ///
-/// Vectors are stored flat, `dimension` numbers a point. A NaN in the first component means "free".
-/// A method that cannot honour a constraint refuses it with a sentence. No constraint is ever
-/// ignored.
+/// Vectors are stored flat, `dimension` numbers per point. NaN in the first component leaves a
+/// point free. Methods refuse constraints that they do not support.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Constraints {
     /// Tangents (columns `tx ty tz`).
     ///
-    /// The splines take a tangent as the derivative dp/dt at an end, in units of length per unit of
-    /// the parameter. With chord-length parameters a unit vector is the natural choice. Splines in a globe take degrees of
-    /// longitude and latitude per unit of the parameter, and fair curves there directions to the east and to the north.
+    /// For splines a tangent is the derivative dp/dt at an end. With chord-length parameters a unit
+    /// vector is the natural choice. On a globe tangents of splines are degrees of longitude and
+    /// latitude per unit of the parameter, and tangents of fair curves point to the east and north.
     pub tangents: Option<Vec<f64>>,
     /// Curvature vectors (columns `kx ky kz`), in 1/length.
     ///
-    /// Fair curves meet them at points with a tangent, if their energy holds variation or torsion.
+    /// Fair curves support them at points with a tangent, if their energy has variation or torsion.
     pub curvatures: Option<Vec<f64>>,
-    /// Exponent of the span that starts at the point (column `nu`).
+    /// The exponent of the span that starts at the point (column `nu`).
     pub exponents: Option<Vec<f64>>,
     /// Whether a Bézier control point is given (column `known`).
     pub known: Option<Vec<bool>>,
-    /// Whether the curve goes exactly through the point, also where it only comes near the others
-    /// (column `pinned`).
+    /// Whether the curve passes exactly through the point, whatever the method (column `pinned`).
     pub pinned: Option<Vec<bool>>,
     /// The largest curvature of the span that starts at the point, in 1/length (column `kmax`).
     ///
-    /// NaN bounds nothing. At a data point the smaller bound of the spans beside it holds.
+    /// NaN is no bound. At a data point the smaller bound of the adjacent spans applies.
     pub largest_curvatures: Option<Vec<f64>>,
-    /// The half-width of the corridor about the chord that starts at the point, in units of the input (column `corridor`).
-    ///
-    /// NaN leaves the span free.
+    /// The half-width of the corridor around the chord that starts at the point, in units of the
+    /// input (column `corridor`). NaN leaves the span free.
     pub corridors: Option<Vec<f64>>,
 }
 
@@ -61,7 +57,7 @@ pub enum Constraint {
 }
 
 impl Constraint {
-    /// What the constraint is called, and which columns of a file have it.
+    /// The constraint's name, and its columns in files.
     fn words(self) -> &'static str {
         match self {
             Constraint::Tangents => "tangents (columns tx ty tz)",
@@ -76,7 +72,7 @@ impl Constraint {
 }
 
 impl Constraints {
-    /// Whether nothing at all is constrained.
+    /// Whether there are no constraints.
     pub fn is_empty(&self) -> bool {
         self.given().next().is_none()
     }
@@ -96,7 +92,7 @@ impl Constraints {
         all.into_iter().filter(|(_, given)| *given).map(|(constraint, _)| constraint)
     }
 
-    /// Refuses all constraints but those that a method knows.
+    /// Refuses constraints other than the known ones.
     ///
     /// See [`CurveBatch::allows`](crate::CurveBatch::allows).
     pub(crate) fn expect_only(&self, known: &[Constraint], method: &str) -> Result<()> {

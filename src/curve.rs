@@ -1,4 +1,4 @@
-//! [`Curve`]: what formats, pictures and comparisons know of a fitted curve, whatever its method.
+//! [`Curve`]: a fitted curve, whatever its method.
 
 pub(crate) mod convert;
 mod even;
@@ -14,7 +14,7 @@ pub use sampling::Sampling;
 pub(crate) use sampling::{check_spacing, excess, rounded_up, sample_bytes, spans};
 pub(crate) use unfitted::{Input, Polygon};
 
-/// A point of a curve with its derivatives with respect to the curve's own parameter.
+/// A point of a curve with its derivatives with respect to the parameter.
 ///
 /// 2-D curves have z = 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -32,8 +32,7 @@ pub struct Jet {
 impl Jet {
     /// Curvature |p′ × p″| / |p′|³ in 1/length.
     ///
-    /// For a planar curve it is signed: positive where the curve turns left. It is 0 where p′
-    /// vanishes.
+    /// Signed for a planar curve: positive where the curve turns left. 0 where p′ vanishes.
     pub fn curvature(&self, dimension: usize) -> f64 {
         let speed = self.first.length();
         if speed == 0.0 {
@@ -45,10 +44,7 @@ impl Jet {
     }
 }
 
-/// A curve through (or near) data points, with a span from each to the next.
-///
-/// What is the same for a whole curve is computed once, when the curve is made. Only methods that
-/// visit all spans cost more for a curve of many spans.
+/// A curve through or near data points, with a span from each point to the next.
 pub trait Curve: Sync {
     /// 2 or 3.
     fn dimension(&self) -> usize;
@@ -58,21 +54,19 @@ pub trait Curve: Sync {
 
     /// The parameter of every data point, nondecreasing.
     ///
-    /// A closed curve has one more: the parameter at which it meets its first point again.
+    /// A closed curve has one more, where it returns to its first point.
     fn knots(&self) -> &[f64];
 
-    /// The curve at the fraction `u` (0 … 1) of span `span`, with its derivatives with respect to
-    /// the parameter.
+    /// The jet at the fraction `u` (0 … 1) of a span.
     fn jet(&self, span: usize, u: f64) -> Jet;
 
-    /// Whether this is a fitted curve.
-    ///
-    /// A curve that could not be fitted is its input polyline.
+    /// Whether this is a fitted curve, and not the input polyline of a curve that could not be
+    /// fitted.
     fn is_fitted(&self) -> bool {
         true
     }
 
-    /// The globe that the curve lies in, if its points are longitudes and latitudes that were fitted on one.
+    /// The globe of a curve of longitudes and latitudes that was fitted on one.
     fn globe(&self) -> Option<Globe> {
         None
     }
@@ -88,9 +82,7 @@ pub trait Curve: Sync {
         (knots[0], knots[knots.len() - 1])
     }
 
-    /// The span that holds the parameter `t`, and the fraction of that span.
-    ///
-    /// Outside the domain it is the nearest end of the domain.
+    /// The span of the parameter `t`, and the fraction there. `t` is clamped to the domain.
     fn locate(&self, t: f64) -> (usize, f64) {
         let knots = self.knots();
         let last = knots.len().saturating_sub(2);
@@ -121,41 +113,38 @@ pub trait Curve: Sync {
         self.jet(span, u).curvature(self.dimension())
     }
 
+    #[doc(hidden)]
     /// Number of smooth pieces of a span, all of the same parameter length.
     ///
-    /// It is 1, except for curves with knots of their own between data points. It is 0 where the
-    /// span is a point.
+    /// 1, except for curves with additional knots between data points. 0 if the span is a point.
     fn pieces(&self, _span: usize) -> usize {
         1
     }
 
-    /// How the curve moves along a piece of a span, if its velocity is quadratic there.
-    ///
-    /// Lengths and curvatures are then known from it.
+    #[doc(hidden)]
+    /// The motion along a piece of a span with a quadratic velocity, for lengths and curvatures.
     fn motion(&self, _span: usize, _piece: usize) -> Option<Motion> {
         None
     }
 
-    /// The parameter length of a span.
-    ///
-    /// It is the factor from derivatives by the parameter to derivatives by the fraction u of the
-    /// span.
+    #[doc(hidden)]
+    /// The parameter length of a span: the factor from derivatives by the parameter to derivatives
+    /// by the fraction u.
     #[inline(always)]
     fn pace(&self, span: usize) -> f64 {
         let knots = self.knots();
         knots[span + 1] - knots[span]
     }
 
-    /// |dp/du| at the fraction `u` of a span. On a [globe](Self::globe) it is that on the ground, with the rise of
-    /// heights.
+    /// |dp/du| at the fraction `u` of a span, measured on the ground with heights if there is a
+    /// [globe](Self::globe).
     #[inline(always)]
     fn speed(&self, span: usize, u: f64) -> f64 {
         let Jet { point, first, .. } = self.jet(span, u);
         self.globe().map_or(first, |globe| globe.motion(point, first)).length() * self.pace(span)
     }
 
-    /// Arc length, to a relative error of 1e-9 or better, near cusps too (see
-    /// [`arclength`](crate::arclength)).
+    /// Arc length, to a relative error of 1e-9 or better, near cusps too.
     fn length(&self) -> f64 {
         measure::length::<dyn AnyCurve>(&self)
     }
@@ -172,48 +161,43 @@ pub trait Curve: Sync {
         measure::fraction_at::<dyn AnyCurve>(&self, span, length, target)
     }
 
-    /// Largest |curvature|, in 1/length. Infinite where the curve has a cusp. On a [globe](Self::globe) it is the
-    /// curvature in space of the way on the ground: that of a great circle is 1/R.
+    /// Largest |curvature|, in 1/length. Infinite at a cusp. On a [globe](Self::globe) it is the
+    /// curvature in space: 1/R for a great circle.
     ///
     /// The accuracy depends on the curve:
     ///
     /// - Cubic splines, fair curves and Béziers of degree 3 or less: the true maximum, to a
-    ///   relative error of 1e-9. It comes from the roots of the polynomial of its stationary places
-    ///   ([`Motion::max_curvature`]). Next to a cusp, where the speed falls to a part r of its
-    ///   largest, the relative error is 1e-15/r.
+    ///   relative error of 1e-9, from the roots of a polynomial. Near a cusp, where the speed falls
+    ///   to a fraction r of its maximum, the relative error is 1e-15/r.
     /// - Smooth connection functions: from their closed form, to rounding.
-    /// - Béziers of higher degree: maxima seen at 128 places a piece are followed to 1e-9. A peak
-    ///   narrower than that may be missed.
+    /// - Béziers of higher degree: maxima among 128 points per piece, refined to 1e-9. Narrower
+    ///   peaks may be missed.
     fn max_curvature(&self) -> f64 {
         measure::max_curvature::<dyn AnyCurve>(&self)
     }
 
+    #[doc(hidden)]
     /// The least number of samples of the whole curve or of a span: see [`Sampling`].
     fn least(&self, sampling: Sampling) -> usize {
         sampling::least(&self, sampling)
     }
 
-    /// Spans and fractions of the samples, in order along the curve.
-    ///
-    /// A curve that was not fitted gives its data points: see [`Sampling`].
+    /// Spans and fractions of the samples, in order along the curve: see [`Sampling`].
     fn sites(&self, sampling: Sampling) -> Vec<(usize, f64)> {
         sampling::sites(&self, sampling)
     }
 
     /// The curve as a chain of cubic Béziers, in few pieces.
     ///
-    /// Each piece leads from one point of the curve to another and has the curve's tangents there
-    /// (G¹). A span has one piece or more. A cubic spline has one piece a span, which is exact.
-    /// Spans between repeated points have none. A curve that was not fitted is its polyline, one
-    /// piece an edge.
+    /// Each piece has its end points on the curve, with the curve's tangents (G¹). A span has one
+    /// piece or more, a span between repeated points none. Cubic splines have one exact piece per
+    /// span, unfitted curves one per edge of their polyline.
     ///
-    /// No point of the chain is farther than `tolerance` (units of the input) from the curve, and
-    /// no point of the curve is farther than that from the chain, rounding aside. The least
-    /// tolerance is [`LEAST_TOLERANCE`](crate::bezier::LEAST_TOLERANCE) of the largest coordinate.
-    /// A smaller one is raised to it.
+    /// The distance between chain and curve is at most `tolerance` (units of the input), from any
+    /// point of either. The least tolerance is [`LEAST_TOLERANCE`](crate::bezier::LEAST_TOLERANCE)
+    /// of the largest coordinate.
     ///
-    /// Each piece starts at the point, bit for bit, where the piece before it ends. The last piece
-    /// of a closed curve ends where the first one starts.
+    /// Consecutive pieces share their end point, bit for bit.
     fn beziers(&self, tolerance: f64) -> Vec<[DVec3; 4]> {
         convert::beziers(&self, tolerance)
     }

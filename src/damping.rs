@@ -1,31 +1,31 @@
-//! The damping of Newton's steps: λ of (H + λL) p = −g, with one trial a tick and one curve a lane.
+//! Damping of Newton's steps: λ in (H + λL) p = −g.
 //!
-//! λ stays 0 as long as undamped steps succeed. It grows where H + λL is not positive definite, or
-//! where the energy falls by much less than the quadratic model promises. It shrinks back to 0
-//! where the model holds.
+//! λ is 0 while undamped steps succeed. It grows if H + λL is not positive definite, or if the
+//! energy falls by much less than the quadratic model predicts. It shrinks to 0 where the model
+//! holds.
 
 use crate::linalg::{Real, Scalar};
 
 /// The verdict on a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Verdict {
-    /// The step is taken.
+    /// Take the step.
     Accept,
-    /// Another trial follows, with another step.
+    /// Try another step.
     Again,
-    /// No step succeeds along this direction.
+    /// No step succeeds.
     Fail,
 }
 
 /// The first λ above 0.
 ///
-/// L is the Hessian H of a straight curve, so at λ = 1 both weigh the same.
+/// L is the Hessian of a straight curve, so H and λL are comparable at λ = 1.
 const FIRST: f64 = 1e-2;
 
 /// The factor of λ after a step that failed.
 const GROWTH: f64 = 4.0;
 
-/// The factor of λ after a step that was as good as promised.
+/// The factor of λ after a step as good as predicted.
 const DECAY: f64 = 0.1;
 
 /// A λ below this becomes 0, because H outweighs λL by then.
@@ -33,13 +33,13 @@ const LEAST: f64 = 1e-4;
 
 /// The largest λ.
 ///
-/// Steps are those of plain descent by then. If none of them lowers the energy, nothing does.
+/// Steps are gradient steps by then.
 const MOST: f64 = 1e8;
 
-/// A step is accepted if the energy falls by at least this fraction of what the model promises.
+/// A step is accepted if the energy falls by at least this fraction of the prediction.
 const ACCEPTED: f64 = 1e-3;
 
-/// Below this fraction λ grows, though the step is taken.
+/// Below this fraction λ grows after the step.
 const POOR: f64 = 0.25;
 
 /// Above this fraction λ shrinks.
@@ -48,7 +48,7 @@ const GOOD: f64 = 0.75;
 /// Differences of energies below this many units of rounding, relative to the energy, are noise.
 const ROUNDING: f64 = 16.0;
 
-/// What a trial along p = −(H + λL)⁻¹g found.
+/// A trial along p = −(H + λL)⁻¹g.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Trial<N> {
     /// The smallest pivot of H + λL.
@@ -57,7 +57,7 @@ pub(crate) struct Trial<N> {
     pub slopes: [N; 2],
     /// The energies at the start and at the trial.
     pub energies: [N; 2],
-    /// The fraction of p that was taken.
+    /// The step length, as a fraction of p.
     pub alpha: N,
 }
 
@@ -81,13 +81,12 @@ impl<N: Real + Scalar> Damping<N> {
         if !sound {
             return self.fail();
         }
-        // This is −(α g·p + ½ α² pᵀHp) for λ = 0. For λ > 0 the model promises up to twice as much.
+        // This is −(α g·p + ½ α² pᵀHp) for λ = 0. For λ > 0 the model predicts up to twice as much.
         let promised = -(trial.alpha * slope * (N::of(1.0) - N::of(0.5) * trial.alpha));
         let fallen = energy - energy_there;
         let rounding = N::of(ROUNDING) * <N as Real>::EPSILON * Scalar::abs(energy);
         if promised < rounding {
-            // Differences of energies are rounding here. Slopes still tell good steps from bad
-            // ones.
+            // Differences of energies are rounding here. Slopes decide.
             if Scalar::abs(slope_there) <= Scalar::abs(slope) && Scalar::abs(fallen) <= N::of(2.0) * rounding {
                 self.lambda = zero;
                 return Verdict::Accept;

@@ -1,4 +1,4 @@
-//! [`Deviation`]: how far a curve may pass from its points.
+//! [`Deviation`]: the largest distance between data points and their curve.
 
 use std::fmt::{Display, Formatter};
 use std::str::FromStr;
@@ -9,8 +9,7 @@ use crate::error::{Error, Result, quoted};
 
 /// The largest distance between a data point and the curve.
 ///
-/// Words are numbers, `0.2`, and percents of the curve's size, `2%`. A number becomes one of units by
-/// [`From`].
+/// Parsed from a number, `0.2`, or a percentage of the curve's size, `2%`.
 ///
 /// ```
 /// use faircurve::Deviation;
@@ -40,7 +39,7 @@ impl Deviation {
     /// Checks that it is a distance.
     ///
     /// # Errors
-    /// A number that is not positive or not finite. `remedy` says how no deviation is asked for.
+    /// A number that is not positive or not finite. `remedy` ends the sentence.
     pub(crate) fn check(self, remedy: &str) -> Result<()> {
         let (Deviation::Units(number) | Deviation::OfSize(number)) = self;
         if number > 0.0 && number.is_finite() {

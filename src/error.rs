@@ -2,9 +2,8 @@
 //!
 //! Every message is a sentence with the value, the limit and the remedy.
 //!
-//! An [`Error`] concerns a whole run: a file, an argument or a device. A problem of one curve is
-//! never an error. It becomes that curve's [`CurveStatus`](crate::CurveStatus), and its neighbours
-//! are fitted as if it were not there.
+//! An [`Error`] concerns a whole run: a file, an argument or a device. A problem of one curve
+//! becomes that curve's [`CurveStatus`](crate::CurveStatus) and does not affect its neighbours.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -26,7 +25,7 @@ pub enum Error {
     },
     /// A file could not be written.
     ///
-    /// Whatever stood at `path` before is untouched.
+    /// A previous file at `path` is unchanged.
     #[error("cannot write {}: {source}; nothing was left half-written", path.display())]
     Write {
         /// The file.
@@ -34,45 +33,44 @@ pub enum Error {
         /// The system's message.
         source: std::io::Error,
     },
-    /// Output could not be written to its receiver, which may hold a part of it.
+    /// Output could not be written to its receiver, which may have received a part.
     #[error("cannot write: {source}; a part may have been written")]
     Stream {
         /// The receiver's message.
         source: std::io::Error,
     },
-    /// The output file exists, and overwriting was not allowed.
+    /// The output file exists, and overwriting is not allowed.
     #[error("{} exists already: give `overwrite` to replace it, or another name", path.display())]
     Exists {
         /// The file.
         path: PathBuf,
     },
-    /// A file was read, but its content does not fit its format.
+    /// The content of a file does not match its format.
     #[error("{}: {message}", place(file, *line))]
     Parse {
         /// The file's name, or `-` for standard input.
         file: String,
-        /// The line, counted from 1, where the format has lines.
+        /// The line, counted from 1, for formats with lines.
         line: Option<u64>,
-        /// What is wrong, the value found, and the remedy.
+        /// The problem, the value found, and the remedy.
         message: String,
     },
-    /// An option or an argument of a call makes no sense.
-    ///
-    /// The sentence names it, its value and what is allowed.
+    /// An option or an argument is invalid. The sentence has its name, its value and the valid
+    /// range.
     #[error("{0}")]
     Argument(String),
     /// The arrays that describe a batch do not fit together.
     #[error("malformed batch: {0}")]
     Batch(String),
-    /// A GPU was asked for, and no suitable one was found.
+    /// No suitable GPU was found.
     #[error("no usable GPU: {0}")]
     NoGpu(String),
-    /// One indivisible piece of the work exceeds a hard limit of the device.
+    /// An indivisible part of the work exceeds a limit of the device.
     #[error("{what} needs {asked}, but the device allows {allowed}: {remedy}")]
     Limit {
-        /// What was asked for.
+        /// The requested resource.
         what: String,
-        /// The amount asked for.
+        /// The requested amount.
         asked: u64,
         /// The device's limit.
         allowed: u64,
@@ -89,7 +87,7 @@ pub enum Error {
     },
     /// The device was lost.
     ///
-    /// The caller keeps what had been finished before.
+    /// Results finished before are kept.
     #[error("the device was lost: {0}; run again, or use the CPU")]
     DeviceLost(String),
     /// The device did not answer in time.
@@ -98,9 +96,7 @@ pub enum Error {
         /// How long the host waited.
         seconds: u64,
     },
-    /// A kernel was refused by the shader compiler or the driver.
-    ///
-    /// This is a fault of faircurve or of the driver, never of the data.
+    /// The shader compiler or the driver refused a kernel: a fault of faircurve or of the driver.
     #[error("kernel {kernel} was refused: {message}")]
     Kernel {
         /// The kernel's name.
@@ -134,16 +130,14 @@ pub(crate) fn shortened(text: &str) -> Cow<'_, str> {
     }
 }
 
-/// Input text in quotation marks for a sentence, with escapes as in Rust.
-///
-/// At most 80 characters stand between the marks.
+/// Input text in quotation marks for a sentence, with escapes as in Rust, cut to 80 characters.
 pub(crate) fn quoted(text: &str) -> String {
     let mut quoted = String::from("\"");
     let mut count = 0;
     for (at, c) in text.char_indices() {
         let escaped = c.escape_debug();
         let last = at + c.len_utf8() == text.len();
-        // The last character may take the place of the dots.
+        // The last character may replace the dots.
         if count + escaped.len() + usize::from(!last) > QUOTED {
             quoted.push('…');
             break;
@@ -156,7 +150,7 @@ pub(crate) fn quoted(text: &str) -> String {
     quoted
 }
 
-/// Entries separated by commas: the first eight, and the number of the others.
+/// The first eight entries, separated by commas, and the number of the others.
 #[cfg(feature = "formats")]
 pub(crate) fn listed(entries: impl IntoIterator<Item = String>) -> String {
     let mut entries = entries.into_iter();

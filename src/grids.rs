@@ -4,11 +4,11 @@ use crate::error::{Error, Result};
 
 /// Rectangular grids of control points.
 ///
-/// Every grid has a size of its own. All grids have the same number of values a point: heights (1),
-/// points of the plane (2), of space (3), …
+/// Grids may have any sizes. All have the same number of values per point: heights (1), points of
+/// the plane (2), of space (3), …
 ///
-/// Values are flat: grid after grid, row after row, point after point. A grid of one row is a list
-/// of points. A grid without points keeps its place.
+/// Values are flat: grid by grid, row by row, point by point. A grid of one row is a list of
+/// points. A grid may have no points.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Grids {
     dimension: usize,
@@ -19,10 +19,10 @@ pub struct Grids {
 }
 
 impl Grids {
-    /// Makes grids of these shapes (rows and columns), with `dimension` values a point.
+    /// Makes grids of these shapes (rows and columns), with `dimension` values per point.
     ///
     /// # Errors
-    /// [`Error::Batch`] if the number of values does not fit the shapes.
+    /// [`Error::Batch`] if the number of values does not match the shapes.
     pub fn new(dimension: usize, shapes: Vec<[usize; 2]>, values: Vec<f64>) -> Result<Self> {
         if dimension == 0 {
             return Err(Error::Batch("points of grids have 0 values; 1 is the least: heights".into()));
@@ -48,16 +48,17 @@ impl Grids {
         }
     }
 
-    /// Makes as many grids of one shape as there are values for.
+    /// Makes grids of one shape. Their number follows from the number of values.
     ///
     /// # Errors
-    /// [`Error::Batch`] if the values do not make a whole number of grids.
+    /// [`Error::Batch`] if the values are not a whole number of grids.
     pub fn uniform(dimension: usize, shape: [usize; 2], values: Vec<f64>) -> Result<Self> {
         let one = shape[0].saturating_mul(shape[1]).saturating_mul(dimension).max(1);
         Self::new(dimension, vec![shape; values.len() / one], values)
     }
 
-    /// Sets the name of the file that the grids came from. Messages show it.
+    #[doc(hidden)]
+    /// Sets the name of the grids' file, for messages.
     pub fn with_file(mut self, file: Option<String>) -> Self {
         self.file = file;
         self
@@ -68,12 +69,12 @@ impl Grids {
         self.shapes.len()
     }
 
-    /// Whether there is no grid at all.
+    /// Whether there are no grids.
     pub fn is_empty(&self) -> bool {
         self.shapes.is_empty()
     }
 
-    /// Values a point.
+    /// Number of values per point.
     pub fn dimension(&self) -> usize {
         self.dimension
     }
@@ -88,7 +89,7 @@ impl Grids {
         &self.shapes
     }
 
-    /// The values of grid `i`, row after row.
+    /// The values of grid `i`, row by row.
     pub fn grid(&self, i: usize) -> &[f64] {
         &self.values[self.offsets[i] * self.dimension..self.offsets[i + 1] * self.dimension]
     }
@@ -97,7 +98,7 @@ impl Grids {
         &mut self.values[self.offsets[i] * self.dimension..self.offsets[i + 1] * self.dimension]
     }
 
-    /// The values of the point of grid `i` in this row and this column.
+    /// The values of the point in this row and column of grid `i`.
     pub fn point(&self, i: usize, row: usize, column: usize) -> &[f64] {
         let start = (row * self.shapes[i][1] + column) * self.dimension;
         &self.grid(i)[start..start + self.dimension]
@@ -108,12 +109,13 @@ impl Grids {
         &self.values
     }
 
-    /// Points of all grids.
+    /// Number of points of all grids.
     pub fn total_points(&self) -> usize {
         self.offsets.last().copied().unwrap_or(0)
     }
 
-    /// The file that the grids came from.
+    #[doc(hidden)]
+    /// The name of the grids' file.
     pub fn file(&self) -> Option<&str> {
         self.file.as_deref()
     }

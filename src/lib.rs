@@ -3,29 +3,27 @@
 //! A fit runs on all threads of the CPU in f64, or on a GPU through wgpu in f32 or f64.
 //!
 //! ```text
-//! file ─ io::read ─► CurveBatch ─► a method's fit ─► Fit: curves + one CurveReport a curve
+//! file ─ io::read ─► CurveBatch ─► a method's fit ─► Fit: curves + one CurveReport per curve
 //!                                   on a Device          │
 //!                                     polylines, beziers ▼
 //!                                      CurveBatch ─ io::write ─► file
 //! ```
 //!
-//! * [`CurveBatch`]: many point lists, 2-D or 3-D, each of its own length, open or closed, with
-//!   names, parameters, weights and [`Constraints`]. [`io`] reads and writes CSV, GeoJSON, SVG and
-//!   NPZ.
-//! * A method is a struct of options. Its `fit` returns a [`Fit`]. Its `fit_sampled` returns the
-//!   samples too, taken by the same device.
+//! * [`CurveBatch`]: point lists of any lengths, 2-D or 3-D, open or closed, with names,
+//!   parameters, weights and [`Constraints`]. [`io`] reads and writes CSV, GeoJSON, SVG and NPZ.
+//! * A method is a struct of options. Its `fit` returns a [`Fit`]. Its `fit_sampled` also returns
+//!   samples, taken by the same device.
 //! * [`spline::Natural`] goes through every point, [`spline::Smoothing`] near them.
-//!   [`discrete::Fair`] makes an energy of your choice least (length, bending, variation of
-//!   curvature, …). [`scf::Smooth`] makes ∫|κ|^ν ds least, exactly.
-//! * [`bezier::Complete`] finds the control points that a Bézier curve lacks, those of least
-//!   energy. [`bezier::Chain`] does so for chains of Béziers. [`bezier`] elevates, reduces,
-//!   divides, evaluates and measures millions of control polygons in one call.
-//! * [`laplacian::Subdivide`] refines grids of control points to the surfaces of least Dirichlet
+//!   [`discrete::Fair`] minimises an energy of your choice (length, bending, variation of
+//!   curvature, …). [`scf::Smooth`] minimises ∫|κ|^ν ds, exactly.
+//! * [`bezier::Complete`] finds missing control points of Bézier curves by least energy.
+//!   [`bezier::Chain`] does so for chains of Béziers. [`bezier`] elevates, reduces, divides,
+//!   evaluates and measures millions of control polygons in one call.
+//! * [`laplacian::Subdivide`] refines grids of control points to surfaces of least Dirichlet
 //!   energy, exactly or by rules of small support. [`io::grids`] reads and writes grids.
-//! * A [`Fit`] holds [`Curve`]s and a [`CurveReport`] each. Curves are sampled, differentiated and
-//!   measured alike, whatever the method. A curve that cannot be fitted has a [`CurveStatus`] and a
-//!   sentence, comes out as its input and changes no bit of its neighbours. An [`Error`] is for
-//!   what concerns the whole run.
+//! * A [`Fit`] holds a [`Curve`] and a [`CurveReport`] for each curve, whatever the method. A curve
+//!   that cannot be fitted gets a [`CurveStatus`] and a sentence, is returned as its input and does
+//!   not affect its neighbours. An [`Error`] concerns the whole run.
 //! * [`linalg`] has the solvers underneath, [`picture`] draws a fit, [`gpu`] opens adapters.
 //!
 //! # A fit
@@ -40,7 +38,7 @@
 //! let fit = Natural::default().fit(&batch, &Device::cpu())?;
 //! assert_eq!(fit.reports()[2].status, CurveStatus::Degenerate);
 //!
-//! // 16 segments a span: three spans make 49 points, two make 33, and what was not fitted is its input.
+//! // 16 segments per span: three spans make 49 points, two make 33. The single point is returned as it is.
 //! let polylines = fit.polylines(Sampling::PerSpan(16));
 //! assert_eq!([polylines.count(0), polylines.count(1), polylines.count(2)], [49, 33, 1]);
 //! assert!(fit.curve(0).length() > 3.0 * 2f64.sqrt());
@@ -69,11 +67,11 @@
 //! ```
 //! use faircurve::{Choice, Device, Precision, Work};
 //!
-//! // The CPU, or a hardware GPU where there is one and it is sooner for so many points, read and written together.
+//! // The CPU, or a hardware GPU if it is faster for this number of points, read and written together.
 //! let device = Device::choose(Choice::Auto, &Work::splines(20_000))?.with_precision(Precision::Auto);
 //! println!("{}: {}", device.name(), device.reason());
 //!
-//! // A GPU that was asked for and is not there is an error, never a silent fallback.
+//! // A missing GPU is an error, never a silent fallback.
 //! match Device::gpu(0) {
 //!     Ok(gpu) => println!("{}", gpu.name()),
 //!     Err(error) => println!("{error}"),
@@ -94,50 +92,21 @@
 //!
 //! # Accuracy
 //!
-//! The CPU path in f64 is the reference. Its splines agree with SciPy's on the same knots to 1e-12
-//! of the numbers' size.
-//!
-//! A GPU normalises every curve in f64 first. It is held to these errors against the reference:
-//!
-//! - Splines through the points: 2e-6 of the curve's size in f32 and 1e-12 in f64. The largest
-//!   errors found on the data in `examples/data`, on a software driver, are 2.1e-7 and 2.3e-13.
-//! - Smoothing splines in f64: the same 1e-12. Smoothing by a deviation in f32 may take the
-//!   neighbouring λ of a grid 0.14 % apart, and then differs from f64 by up to about 2e-4 of the
-//!   size. [`Precision::Auto`] takes f64 for smoothing where the adapter has it.
-//! - Fair curves and smooth connection functions: 1e-5 of the curve's size and of the energy in
-//!   f32, 1e-9 of the size and 1e-10 of the energy in f64. Both are iterated until their gradient
-//!   is small. Smooth connection functions have no other error.
-//! - Completed Béziers: 2e-6 of the curve's size in f32 and 1e-12 in f64. On the CPU control points
-//!   come from matrices that are solved in exact rationals and rounded once. They are within some
-//!   1e-15 of the largest sum that makes them up, at every degree up to 30.
-//! - Exact Laplacian subdivision: 2e-6 of the grid's size in f32 and 1e-12 in f64. On the CPU it
-//!   holds its equations to rounding, whatever the grid.
-//!
-//! Arc lengths have relative errors of 1e-9, near cusps too. Largest curvatures are those of the
-//! curve, to 1e-9 of themselves. See [`Curve::length`] and [`Curve::max_curvature`].
+//! The CPU path in f64 is the reference. GPUs are held to 2e-6 of a curve's size in f32 and 1e-12
+//! in f64 for splines, Béziers and grids, and to 1e-5 and 1e-9 for fair curves and smooth
+//! connection functions. Arc lengths and largest curvatures have relative errors of 1e-9: see
+//! [`Curve::length`] and [`Curve::max_curvature`]. `docs/guide/accuracy.md` has the details and the
+//! limits of devices.
 //!
 //! The same batch on the same device gives the same bits. A curve's bits do not depend on its
 //! neighbours.
-//!
-//! # Limits
-//!
-//! - An NVIDIA H200 and an H100 take as long for a fit as 16 threads of a CPU, or longer.
-//!   [`Costs::estimated`] are estimates.
-//! - The host finds samples at equal arc lengths, and the device evaluates them.
-//! - The host fits smoothing curves of more than 1,024 knots in f64, and those beyond what the
-//!   device's precision can resolve.
-//! - The host fits some fair curves in f64: those with energies of order 3 (variation, torsion) in f32 or by
-//!   another method than Newton's, and on software those of some thousand vertices.
-//! - The host evaluates a segment of a smooth connection function again in f64, if f32 finds no
-//!   minimiser of it or no cost of full precision.
-//! - The host finds the spans of curves under tension in f64 at the start and at the end of a
-//!   search, and where they become spans of another kind.
 #![warn(missing_docs)]
 
 // The program is written as its users write theirs.
 #[cfg(feature = "cli")]
 extern crate self as faircurve;
 
+#[doc(hidden)]
 pub mod arclength;
 mod batch;
 pub mod bezier;
@@ -185,9 +154,12 @@ pub use catalogue::kernels;
 pub use constraint::{Constraint, Constraints};
 pub use curve::{Curve, Jet, Sampling};
 pub use deviation::Deviation;
-pub use device::{Choice, Costs, Device, DeviceReport, Stopped, Work};
+#[doc(hidden)]
+pub use device::Costs;
+pub use device::{Choice, Device, DeviceReport, Stopped, Work};
 pub use error::{Error, Result};
 pub use grids::Grids;
+#[doc(hidden)]
 pub use motion::Motion;
 pub use precision::Precision;
 pub use report::{CurveReport, CurveSet, Fit, LimitReport};

@@ -1,15 +1,15 @@
-//! Work shared between threads. Rayon is instantiated here, once, and not for every closure: its iterators made an
-//! eighth of the library's machine code. What is generic only fills vectors: every copy of it is compiled anew.
+//! Parallel maps. Rayon is instantiated here once, and not for every closure: its iterators made up
+//! an eighth of the library's machine code. Generic code only fills vectors.
 
 use std::ops::Range;
 
-/// So many parts a thread even out what takes unequally long.
+/// Parts per thread. Several parts balance unequal times.
 const PARTS: usize = 16;
 
-/// Work on a part, with the place of its results.
+/// Work on a part, with the memory for its results.
 type Task<'a> = Box<dyn FnMut() + Send + 'a>;
 
-/// `of` 0 … n − 1, in that order. Threads take `together` of them at a time, at least.
+/// `of` 0 … n − 1, in order. Threads take at least `together` of them at a time.
 pub(crate) fn map<T: Send>(n: usize, together: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
     ranges(n, together, &|range| {
         let mut own = Vec::with_capacity(range.len());
@@ -20,7 +20,7 @@ pub(crate) fn map<T: Send>(n: usize, together: usize, of: impl Fn(usize) -> T + 
     })
 }
 
-/// [`map`] with something that a thread uses again from one to the next, such as memory.
+/// [`map`] with state that a thread reuses, such as memory.
 pub(crate) fn map_with<T: Send, W>(
     n: usize,
     together: usize,
@@ -36,7 +36,7 @@ pub(crate) fn map_with<T: Send, W>(
     })
 }
 
-/// `of` every item, in their order.
+/// `of` every item, in order.
 pub(crate) fn of<T: Send, U: Send>(items: impl IntoIterator<Item = T>, of: impl Fn(T) -> U + Sync) -> Vec<U> {
     let (items, of) = (items.into_iter(), &of);
     let mut waiting = Vec::with_capacity(items.size_hint().0);
@@ -60,15 +60,15 @@ pub(crate) fn of<T: Send, U: Send>(items: impl IntoIterator<Item = T>, of: impl 
     joined(n, found)
 }
 
-/// `work` on every part of an array: part k is what lies between `ends[k]` and `ends[k + 1]`, less
-/// `ends[0]`. Threads take parts of some [`TOGETHER`] entries at a time, at least.
+/// `work` on every part of an array. Part k goes from `ends[k]` to `ends[k + 1]`, less `ends[0]`.
+/// Threads take parts of about [`TOGETHER`] entries at a time, or more.
 pub(crate) fn parts<T: Send>(array: &mut [T], ends: &[usize], work: impl Fn(usize, &mut [T]) + Sync) {
     let mut tasks = Vec::new();
     divide(array, ends, 0, &work, &mut tasks);
     run(&mut tasks);
 }
 
-/// Entries that are worth a task.
+/// The fewest entries of a task.
 const TOGETHER: usize = 1 << 14;
 
 fn divide<'a, T: Send>(
@@ -96,7 +96,7 @@ fn divide<'a, T: Send>(
     }));
 }
 
-/// The vectors `of` the parts of 0 … n − 1, one after the other.
+/// The vectors `of` the parts of 0 … n − 1, concatenated.
 fn ranges<T: Send>(n: usize, together: usize, of: &(dyn Fn(Range<usize>) -> Vec<T> + Sync)) -> Vec<T> {
     let part = part(n, together);
     let mut found = empty(n.div_ceil(part));
@@ -109,7 +109,7 @@ fn ranges<T: Send>(n: usize, together: usize, of: &(dyn Fn(Range<usize>) -> Vec<
     joined(n, found)
 }
 
-/// How many of n a part has.
+/// The size of a part of n.
 fn part(n: usize, together: usize) -> usize {
     together.max(n.div_ceil(PARTS * rayon::current_num_threads())).max(1)
 }
@@ -166,7 +166,10 @@ mod tests {
             let all: Vec<String> = (0..n).map(|k| k.to_string()).collect();
             let counted = map_with(n, 3, || 0, |count, k| (std::mem::replace(count, *count + 1), k.to_string()));
             assert!(counted.first().is_none_or(|first| first.0 == 0));
-            assert!(counted.windows(2).all(|pair| pair[1].0 == 0 || pair[1].0 == pair[0].0 + 1), "a count begins anew");
+            assert!(
+                counted.windows(2).all(|pair| pair[1].0 == 0 || pair[1].0 == pair[0].0 + 1),
+                "a count begins again"
+            );
             assert_eq!(counted.into_iter().map(|(_, text)| text).collect::<Vec<_>>(), all);
             assert_eq!(map(n, 1, |k| k.to_string()), all);
             assert_eq!(of(0..n, |k| k.to_string()), all);

@@ -5,15 +5,13 @@ use crate::words::words;
 /// Precision of the arithmetic on the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Precision {
-    /// f64 on the CPU.
-    ///
-    /// On a GPU f32 if the problem is well conditioned (natural splines), else (smoothing) f64 if
-    /// the adapter has it.
+    /// f64 on the CPU. On a GPU f32 for well-conditioned problems (natural splines), else
+    /// (smoothing) f64 if the adapter has it.
     #[default]
     Auto,
     /// 32-bit floats.
     F32,
-    /// 64-bit floats. An error on a GPU that has none.
+    /// 64-bit floats. An error on a GPU without them.
     F64,
 }
 
@@ -24,12 +22,12 @@ words!(Precision, "precision": [
 ]);
 
 impl Precision {
-    /// Bytes of a number on a GPU. [`Auto`](Self::Auto) counts as f32.
+    /// Bytes per number on a GPU. [`Auto`](Self::Auto) counts as f32.
     pub(crate) fn bytes(self) -> u64 {
         if self == Precision::F64 { 8 } else { 4 }
     }
 
-    /// The distance from 1 to the next number in this precision.
+    /// The machine epsilon.
     pub(crate) fn epsilon(self) -> f64 {
         if self == Precision::F64 { f64::EPSILON } else { f32::EPSILON.into() }
     }

@@ -1,6 +1,6 @@
-//! Ragged arrays: entries one curve after another.
+//! Ragged arrays.
 
-/// Where each curve's entries begin, and at last where all end: one number more than `counts` has.
+/// The first entry of each curve, and the total number at the end.
 pub(crate) fn offsets(counts: impl IntoIterator<Item = usize>) -> Vec<usize> {
     let counts = counts.into_iter();
     let mut offsets = Vec::with_capacity(counts.size_hint().0 + 1);

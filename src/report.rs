@@ -1,4 +1,4 @@
-//! What a fit returns: curves, and one report a curve. [`CurveStatus`] explains the statuses.
+//! The result of a fit: curves, and one report per curve. [`CurveStatus`] explains the statuses.
 
 use std::fmt;
 use std::sync::Arc;
@@ -12,67 +12,52 @@ use crate::status::CurveStatus;
 use glam::DVec3;
 
 /// The report of one curve.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct CurveReport {
     /// How the fit ended.
     pub status: CurveStatus,
-    /// Why, if the status needs a word: the curve, the point, the value and the remedy.
+    /// An explanation of the status: the curve, the point, the value and the remedy.
     pub message: Option<String>,
-    /// The energy minimised, in the units of the input. For the splines it is ∫|p''|² dt.
+    /// The minimised energy, in the units of the input: ∫|p''|² dt for splines.
     ///
-    /// Infinite if it is too large for a number, NaN if nothing was fitted.
+    /// Infinite on overflow, NaN if nothing was fitted.
     pub energy: f64,
     /// Iterations used. 1 for a direct solve.
     pub iterations: u32,
-    /// Size of the energy's gradient at the end, in the metric of the method: for Newton's the decrement. 0 for a direct solve.
+    /// Norm of the energy's gradient at the end, in the metric of the method: the decrement for
+    /// Newton's method. 0 for a direct solve.
     pub gradient_norm: f64,
     /// The λ of smoothing splines. `None` for other methods.
     pub smoothing: Option<f64>,
-    /// The part of the energy that further starts of fair curves saved: 0.1 where the best has 90 % of the energy of the
-    /// first that converged.
-    ///
-    /// `None` where there was one start.
+    /// The relative energy saved by restarts of fair curves: 0.1 if the best result has 90 % of the
+    /// energy of the first that converged. `None` without restarts.
     pub gain: Option<f64>,
-    /// Where a fair curve is more than twice as long as the polygon of its points: how many times as long. The minimum
-    /// is one with loops, which cost less than turns between the points.
-    ///
-    /// `None` of all others, and where points attach the curve.
+    /// The length of a fair curve over its data polygon's, if above 2: the minimum has loops, which
+    /// cost less than turning between the points. `None` otherwise, and for attached curves.
     pub loops: Option<f64>,
-    /// How the curve keeps its limits. `None` without limits.
+    /// How the curve satisfies its limits. `None` without limits.
     pub limits: Option<LimitReport>,
-    /// Largest distance from a data point to the curve's point of the same parameter.
-    ///
-    /// It is in the units of the input.
+    /// Largest distance from a data point to the curve's point of the same parameter, in the units
+    /// of the input.
     pub max_deviation: f64,
 }
 
 impl CurveReport {
-    /// The report of a direct solve. Fields that differ are set afterwards.
+    /// The report of a direct solve with this energy. Set the fields that differ.
     pub fn solved(energy: f64) -> Self {
-        CurveReport {
-            status: CurveStatus::Converged,
-            message: None,
-            energy,
-            iterations: 1,
-            gradient_norm: 0.0,
-            smoothing: None,
-            gain: None,
-            loops: None,
-            limits: None,
-            max_deviation: 0.0,
-        }
+        CurveReport { energy, iterations: 1, ..CurveReport::default() }
     }
 
-    /// The report of a curve that was not fitted and comes out as its input polyline.
+    /// The report of a curve that was not fitted and is returned as its input polyline.
     pub fn unfitted(status: CurveStatus, message: String) -> Self {
-        CurveReport { status, message: Some(message), energy: f64::NAN, iterations: 0, ..CurveReport::solved(0.0) }
+        CurveReport { status, message: Some(message), energy: f64::NAN, ..CurveReport::default() }
     }
 
     /// The report of a curve that was fitted in pieces.
     ///
-    /// It has the worst status with its sentence, the sums of energies and iterations, and the largest
-    /// gradient, deviation and weight.
+    /// It has the worst status and its message, the sums of energies and iterations, and the
+    /// largest gradient, deviation and λ.
     pub(crate) fn joined(pieces: Vec<CurveReport>) -> Self {
         let join = |mut joined: CurveReport, next: CurveReport| {
             joined.gain = gain([&joined, &next]);
@@ -93,36 +78,37 @@ impl CurveReport {
     }
 }
 
-/// How a curve keeps its limits.
+/// How a curve satisfies its limits.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct LimitReport {
-    /// The largest violation of a limit, 0 where all are kept.
+    /// The largest violation of a limit, 0 if all are satisfied.
     ///
-    /// Of a largest curvature κ it is |K|/κ − 1. Of a side it is the curvature to the other, in units of 1 over the mean
-    /// chord; of a direction the sine by which an edge goes back. Of a corridor or a disc it is half of the relative excess
-    /// of the squared distance, of a half-plane the distance in mean chords, and of a longest length the relative excess.
+    /// For a largest curvature κ it is |K|/κ − 1. For a side it is the curvature to the other side
+    /// in units of 1 / mean chord, for a direction the sine by which an edge goes back. For a
+    /// corridor or a disc it is half the relative excess of the squared distance, for a half-plane
+    /// the distance in mean chords, for a longest length the relative excess.
     pub violation: f64,
-    /// Vertices at which a limit holds the curve. A longest length holds it as a whole, and counts none.
+    /// Number of vertices with an active limit. A longest length does not count.
     pub active: usize,
-    /// What the limits cost: 0.1 for a curve of 1.1 times the energy of the one without limits.
+    /// The relative increase of the energy over the curve without limits: 0.1 for 1.1 times the
+    /// energy.
     ///
-    /// NaN where no minimum was found without limits. Negative where the curve came to another, lower minimum.
+    /// NaN if no minimum was found without limits. Negative if the curve reached another, lower
+    /// minimum.
     pub cost: f64,
-    /// The length of the curve over that of the polygon of its points.
-    ///
-    /// Where a limit can only be kept by loops, it is large.
+    /// The length of the curve over its data polygon's. Large if only loops satisfy a limit.
     pub stretch: f64,
-    /// Curves of the batch that it would cross, and is kept from by half-planes of its own. 0 but for curves that may not
-    /// cross; with corners the sum of those of its pieces.
+    /// Number of curves that it would cross and is separated from by half-planes. With corners, the
+    /// sum over its pieces. 0 unless curves may not cross.
     pub neighbours: usize,
-    /// Curves of the batch whose points' polygon crosses or touches its own, from which it is not kept. 0 but for curves that
-    /// may not cross.
+    /// Number of curves whose data polygon crosses or touches its own, from which it is not
+    /// separated. 0 unless curves may not cross.
     pub touching: usize,
 }
 
 impl LimitReport {
-    /// That of a curve, from the reports of its pieces.
+    /// The report of a curve from the reports of its pieces.
     pub(crate) fn joined<'a>(pieces: impl IntoIterator<Item = &'a CurveReport>) -> Option<Self> {
         // The energies with limits and without.
         let (mut energy, mut free) = (0.0, 0.0);
@@ -146,7 +132,7 @@ impl LimitReport {
     }
 }
 
-/// The part of the energy that was saved in all of these, if it is known of each.
+/// The relative energy saved over all reports, if each has it.
 pub(crate) fn gain<'a>(reports: impl IntoIterator<Item = &'a CurveReport>) -> Option<f64> {
     let (mut before, mut after) = (0.0, 0.0);
     for report in reports {
@@ -156,7 +142,7 @@ pub(crate) fn gain<'a>(reports: impl IntoIterator<Item = &'a CurveReport>) -> Op
     Some(if before > 0.0 { 1.0 - after / before } else { 0.0 })
 }
 
-/// The curves of a method, seen through the [`Curve`] trait. A [`Fit`] holds one.
+/// The curves of a method behind the [`Curve`] trait. A [`Fit`] holds one.
 pub trait CurveSet: Send + Sync {
     /// Curve `i`.
     fn curve(&self, i: usize) -> Box<dyn Curve + '_>;
@@ -164,16 +150,16 @@ pub trait CurveSet: Send + Sync {
     /// All curves as polylines, in the batch's order, with the parameter of every point.
     fn polylines(&self, sampling: Sampling) -> CurveBatch;
 
-    /// Where the samples of every curve begin, and the number of all at the end; `None` where only
-    /// sampling tells.
+    /// The first sample of every curve, and the total number at the end. `None` if it is not known
+    /// before sampling.
     fn sample_offsets(&self, _: Sampling) -> Option<Vec<usize>> {
         None
     }
 
-    /// The points of [`polylines`](Self::polylines) alone, written to memory of the caller's.
+    /// Writes the points of [`polylines`](Self::polylines) to the caller's memory.
     ///
     /// # Panics
-    /// If there is not room for exactly so many numbers.
+    /// If `coords` has another length.
     fn sample_into(&self, sampling: Sampling, coords: &mut [f64]) {
         coords.copy_from_slice(self.polylines(sampling).coords());
     }
@@ -196,14 +182,17 @@ impl fmt::Debug for Fit {
 }
 
 impl Fit {
-    /// Makes a fit, also of a method of your own.
+    /// Makes a fit, also for methods outside this crate.
     ///
-    /// There are as many reports as `curves` has curves, in the order of the batch. `device` says
-    /// what did the work: see [`Device::report_of`](crate::Device::report_of).
+    /// `reports` has one report per curve, in the order of the batch. For `device` see
+    /// [`Device::report_of`](crate::Device::report_of).
     pub fn new(curves: impl CurveSet + 'static, mut reports: Vec<CurveReport>, device: DeviceReport) -> Self {
-        // No energy is negative. One that came to ∞ − ∞ was too large for a number.
-        let overflown = |report: &&mut CurveReport| report.status.is_usable() && report.energy.is_nan();
-        reports.iter_mut().filter(overflown).for_each(|report| report.energy = f64::INFINITY);
+        // The energy of a fitted curve is NaN if it overflowed to ∞ − ∞.
+        for report in &mut reports {
+            if report.status.is_usable() && report.energy.is_nan() {
+                report.energy = f64::INFINITY;
+            }
+        }
         Fit { curves: Arc::new(curves), reports, device }
     }
 
@@ -222,7 +211,7 @@ impl Fit {
         self.curves.curve(i)
     }
 
-    /// One report a curve.
+    /// One report per curve.
     pub fn reports(&self) -> &[CurveReport] {
         &self.reports
     }
@@ -237,10 +226,10 @@ impl Fit {
         self.reports.iter().filter(|report| report.status.is_usable()).count()
     }
 
-    /// Some of the curves, in this order: the fit of [`CurveBatch::select`].
+    /// The listed curves in this order, as by [`CurveBatch::select`].
     ///
     /// # Panics
-    /// If the fit has fewer curves than a number listed.
+    /// If an index is out of range.
     pub fn select(&self, curves: &[usize]) -> Fit {
         let reports = curves.iter().map(|&i| self.reports[i].clone()).collect();
         let curves = Selected { whole: self.curves.clone(), curves: curves.to_vec() };
@@ -254,18 +243,15 @@ impl Fit {
         self.curves.polylines(sampling)
     }
 
-    /// Where the samples of every curve begin, and the number of all at the end: what
-    /// [`sample_into`](Self::sample_into) needs room for.
+    /// The first sample of every curve, and the total number at the end.
     ///
-    /// `None` where only sampling tells: at equal arc lengths, and for methods that do not know.
+    /// `None` if it is not known before sampling: at equal arc lengths, and for some methods.
     pub fn sample_offsets(&self, sampling: Sampling) -> Option<Vec<usize>> {
         self.curves.sample_offsets(sampling)
     }
 
-    /// The points of [`polylines`](Self::polylines) alone, without parameters, written to memory of the
-    /// caller's: `dimension` numbers a sample.
-    ///
-    /// Memory that is used again, or that the system gives in large pages, costs less than new.
+    /// Writes the points of [`polylines`](Self::polylines) to the caller's memory, `dimension`
+    /// numbers per sample. Reused memory saves its allocation.
     ///
     /// ```
     /// use faircurve::{CurveBatch, Device, Sampling, spline::Natural};
@@ -280,18 +266,16 @@ impl Fit {
     /// ```
     ///
     /// # Panics
-    /// If there is not room for exactly so many numbers.
+    /// If `coords` has another length.
     pub fn sample_into(&self, sampling: Sampling, coords: &mut [f64]) {
         self.curves.sample_into(sampling, coords);
     }
 
     /// Every curve as a chain of cubic Béziers within `tolerance` of it (units of the input).
     ///
-    /// The points of each chain are its control points, three a piece and one more. The chain of a
-    /// closed curve does not repeat its first point. Names and properties are those of
-    /// [`polylines`](Self::polylines).
-    ///
-    /// A curve that is a single point stays one, without a piece.
+    /// The points of each chain are its control points, three per piece and one more. The chain of
+    /// a closed curve does not repeat its first point. Names and properties are kept. A single
+    /// point has no piece.
     pub fn beziers(&self, tolerance: f64) -> CurveBatch {
         self.beziers_each(|_| tolerance)
     }
@@ -303,8 +287,7 @@ impl Fit {
             let pieces = if shape.count(i) > 1 { self.curve(i).beziers(tolerance(i)) } else { Vec::new() };
             let mut points: Vec<DVec3> = pieces.iter().flat_map(|piece| &piece[..3]).copied().collect();
             match pieces.last() {
-                // The last point is the very first one, bit for bit. It is dropped where the chain
-                // is marked as closed.
+                // The last point equals the first, and `closed_each` drops it.
                 Some(_) if shape.is_closed(i) => points.push(points[0]),
                 Some(piece) => points.push(piece[3]),
                 None => points.extend(shape.points(i).chunks_exact(shape.dimension()).map(vector).take(1)),
@@ -328,7 +311,7 @@ impl Fit {
     }
 }
 
-/// Some curves of others.
+/// Some curves of a set.
 struct Selected {
     whole: Arc<dyn CurveSet>,
     curves: Vec<usize>,

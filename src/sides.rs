@@ -1,30 +1,31 @@
-//! The sides to which planar curves turn that keep the shape of their points.
+//! Required signs of the curvature of planar curves that preserve the shape of their points.
 //!
-//! At a point it is the side to which the polygon of the points turns. In a span between two points that turn to one
-//! side it is that side, and between an end and its neighbour that of the neighbour. A span between turns to different
-//! sides may turn to both, which is one inflection. Where the polygon goes straight on through a point, both spans beside
-//! it are straight. Where it reverses there is no side.
+//! At a point the curve turns to the side of the data polygon. A span between turns to the same
+//! side keeps to that side, and a span at an end keeps to its neighbour's side. A span between
+//! turns to different sides may have one inflection. If the polygon goes straight on through a
+//! point, both adjacent spans are straight. A reversal imposes no side.
 //!
-//! Source: T. N. T. Goodman and K. Unsworth, *Shape preserving interpolation by curvature continuous parametric curves*,
-//! Computer Aided Geometric Design 5 (1988), section 2.
+//! Source: T. N. T. Goodman and K. Unsworth, *Shape preserving interpolation by curvature
+//! continuous parametric curves*, Computer Aided Geometric Design 5 (1988), section 2.
 
-/// A turn of the polygon of less than this sine is none, and so is a way along a direction of less than this part of a chord.
+/// Turns with a smaller sine count as straight, and so do smaller fractions of a chord along a
+/// direction.
 pub(crate) const STRAIGHT: f64 = 1e-9;
 
-/// What a span asks of its curvature: 1 for the left, −1 for the right, 0 for nothing.
+/// The required sign of a span's curvature: 1 for left, −1 for right, 0 for none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Asked {
     /// At its start and at its end.
     pub ends: [f64; 2],
-    /// All along it.
+    /// Along the whole span.
     pub within: f64,
-    /// Whether it is straight, which leaves it no side.
+    /// Whether the span is straight.
     pub straight: bool,
 }
 
-/// The side to which a polygon turns from an edge to the next.
+/// The side to which a polygon turns between two edges.
 pub(crate) fn side(a: [f64; 2], b: [f64; 2]) -> f64 {
-    // Unit vectors first: products of long edges may be out of range.
+    // Unit vectors first: products of long edges may overflow.
     let unit = |[x, y]: [f64; 2]| {
         let length = x.hypot(y);
         [x / length, y / length]
@@ -34,14 +35,14 @@ pub(crate) fn side(a: [f64; 2], b: [f64; 2]) -> f64 {
     if sine.abs() < STRAIGHT || sine.is_nan() { 0.0 } else { sine.signum() }
 }
 
-/// Whether a polygon goes straight on from an edge to the next.
+/// Whether a polygon goes straight on between two edges.
 pub(crate) fn goes_on([a, b]: [f64; 2], [u, v]: [f64; 2]) -> bool {
-    // Vectors in a line have their larger components along the same axis. Products may be out of range.
+    // The larger components of collinear vectors have the same axis. Products may overflow.
     let same = if a.abs() > b.abs() { a.signum() == u.signum() } else { b.signum() == v.signum() };
     side([a, b], [u, v]) == 0.0 && same
 }
 
-/// The side of two ends that agree, one of which may have none of its own.
+/// The side on which both ends agree, if an end has one.
 pub(crate) fn agreed(sides: [Option<f64>; 2]) -> f64 {
     match sides {
         [Some(a), Some(b)] if a == b => a,
@@ -50,7 +51,7 @@ pub(crate) fn agreed(sides: [Option<f64>; 2]) -> f64 {
     }
 }
 
-/// What the spans between points ask for, of which no two that follow each other are equal.
+/// The required sign per span. Consecutive points must be distinct.
 pub(crate) fn of_spans(points: &[[f64; 2]], closed: bool) -> Vec<Asked> {
     let n = points.len();
     let spans = if closed { n } else { n.saturating_sub(1) };

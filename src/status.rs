@@ -1,66 +1,49 @@
-//! [`CurveStatus`]: how a fit can end, each status explained once.
+//! [`CurveStatus`]: how a fit can end.
 
-/// How the fit of one curve ended.
+/// How the fit of one curve ended, in order of severity.
 ///
 /// With the feature `formats` it is serialised as its [`word`](Self::word).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "formats", derive(serde::Serialize), serde(rename_all = "snake_case"))]
 #[non_exhaustive]
 pub enum CurveStatus {
-    /// The curve asked for was found.
-    ///
-    /// For a direct method (natural splines, smoothing with a given λ) the linear system was
-    /// solved.
+    /// The stopping rule was met, or the linear system of a direct method was solved.
+    #[default]
     Converged,
-    /// The iteration limit, or a lost device, came before the stopping rule was met.
-    ///
-    /// The curve is the best one reached.
+    /// Infinitely many curves attain the least energy. The result is the smallest.
+    NotUnique,
+    /// The iteration limit was reached, or the device was lost. The result is the best curve found.
     NotConverged,
-    /// The length runs away while the energy falls: there is no minimiser.
-    ///
-    /// The result is the input polyline.
-    Unbounded,
     /// No curve attains the least energy.
     NoMinimiser,
-    /// Infinitely many curves attain the least energy. The smallest is returned.
-    NotUnique,
-    /// No curve was found that keeps its limits.
+    /// No curve was found that satisfies its limits.
     ///
-    /// The curve is the one with the smallest violation found. If only curves with loops satisfy
-    /// the limits, it is the unconstrained curve. The sentence says which limit is violated, where
-    /// and by how much.
+    /// The result is the curve with the smallest violation found. If only curves with loops satisfy
+    /// the limits, it is the unconstrained curve. The message names the limit, the place and the
+    /// violation.
     Infeasible,
-    /// Too little to fit: fewer than two distinct points, or two different points at one parameter.
-    ///
-    /// The result is the input polyline.
+    /// The length grows without bound as the energy falls. The result is the input polyline.
+    Unbounded,
+    /// There are fewer than two distinct points, or two distinct points at one parameter. The
+    /// result is the input polyline.
     Degenerate,
-    /// The input is NaN, infinite, decreasing or otherwise invalid.
-    ///
-    /// The result is the input polyline.
+    /// The input is NaN, infinite, decreasing or otherwise invalid. The result is the input
+    /// polyline.
     Invalid,
 }
 
 impl CurveStatus {
-    /// Whether the curve may be used as what was asked for.
+    /// Whether the curve is a result of the method.
     pub fn is_usable(self) -> bool {
         matches!(self, CurveStatus::Converged | CurveStatus::NotUnique)
     }
 
-    /// A curve made of several pieces has the status of highest severity among them.
+    /// The status of a curve in pieces is the one of highest severity.
     pub(crate) fn severity(self) -> u32 {
-        match self {
-            CurveStatus::Converged => 0,
-            CurveStatus::NotUnique => 1,
-            CurveStatus::NotConverged => 2,
-            CurveStatus::NoMinimiser => 3,
-            CurveStatus::Infeasible => 4,
-            CurveStatus::Unbounded => 5,
-            CurveStatus::Degenerate => 6,
-            CurveStatus::Invalid => 7,
-        }
+        self as u32
     }
 
-    /// The word used in reports and files.
+    /// The word in reports and files.
     pub fn word(self) -> &'static str {
         match self {
             CurveStatus::Converged => "converged",

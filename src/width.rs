@@ -1,22 +1,22 @@
-//! How much room the data leave a curve in a span. Tautness of fair curves and tension of smooth connection functions
-//! are measured by it.
+//! The width that the data leave a curve in a span. It scales the tautness of fair curves and the
+//! tension of smooth connection functions.
 
-/// The least width of a span, as a part of its chord.
+/// The least width of a span, as a fraction of its chord.
 ///
-/// e^(−10 s/h) falls by half within 1.1 of 16 edges. Narrower widths leave fair curves that do not converge.
+/// e^(−10 s/h) halves within 1.1 of 16 edges. Fair curves do not converge with smaller widths.
 const NARROWEST: f64 = 0.1;
 
-/// The width w of every span, from the lengths of their chords and the cosines of the turns between two of them.
+/// The width w of every span, from the chord lengths and the cosines of the turns between chords.
 ///
 /// ```text
 /// w = max(h′ (1 + cos θ)/2, h/10)
 /// ```
 ///
-/// h is the chord, h′ the shortest of it and the chords beside it, and θ the larger turn of the data's polygon at its two
-/// ends. An open curve has no turn at its own ends.
+/// h is the chord, h′ the shortest of h and the adjacent chords, and θ the larger turn of the data
+/// polygon at the span's ends. An open curve does not turn at its ends.
 pub(crate) fn widths(lengths: &[f64], closed: bool, cosine: impl Fn(usize, usize) -> f64) -> Vec<f64> {
     let count = lengths.len();
-    // (1 + cos θ)/2 where span k begins, and the length of the span before it.
+    // (1 + cos θ)/2 at the start of span k, and the length of the span before it.
     let beginning = |k: usize| match closed || (k > 0 && k < count) {
         true => {
             let (before, after) = ((k + count - 1) % count, k % count);
@@ -39,7 +39,8 @@ mod tests {
     #[test]
     fn a_width_is_the_shortest_chord_around_less_at_a_turn_and_a_tenth_of_its_own_at_least() {
         let lengths = [1.0, 2.0, 8.0];
-        // A right angle between the first two, straight on from there, and back where a closed one begins again.
+        // A right angle between the first two, straight on from there, and back where a closed one
+        // begins again.
         let cosine = |before: usize, _: usize| [0.0, 1.0, -1.0][before];
         assert_eq!(widths(&lengths, false, cosine), [0.5, 0.5, 2.0]);
         assert_eq!(widths(&lengths, true, cosine), [0.1, 0.5, 0.8]);

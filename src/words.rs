@@ -6,9 +6,11 @@
 macro_rules! words {
     ($type:ident, $what:literal: [$(($value:ident, $word:literal, $meaning:literal)),+ $(,)?]) => {
         impl $type {
+            #[doc(hidden)]
             /// Every value: its word, the value, and what it means.
             pub const WORDS: &[(&str, $type, &str)] = &[$(($word, $type::$value, $meaning)),+];
 
+            #[doc(hidden)]
             /// The word of this value.
             pub fn word(self) -> &'static str {
                 match self {
@@ -17,6 +19,7 @@ macro_rules! words {
             }
         }
 
+        #[doc(hidden)]
         impl std::str::FromStr for $type {
             type Err = crate::error::Error;
 
@@ -33,6 +36,7 @@ macro_rules! words {
             }
         }
 
+        #[doc(hidden)]
         impl std::fmt::Display for $type {
             fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
                 f.pad(self.word())

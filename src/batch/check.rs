@@ -1,4 +1,4 @@
-//! Checks of curves: coordinates, parameters and weights that can be fitted.
+//! Checks of coordinates, parameters and weights.
 
 use super::{CurveBatch, Unfitted};
 use crate::error::short;
@@ -26,7 +26,7 @@ impl CurveBatch {
     pub(super) fn check_parameters(&mut self) {
         let increase = |i: usize| {
             let t = self.parameters(i).unwrap_or_default();
-            // Not a search, which looks at one after the other.
+            // A fold vectorises, a search does not.
             t.iter().zip(t.get(1..).unwrap_or_default()).fold(true, |so_far, (from, to)| so_far & (from <= to))
         };
         if are_finite(self.shared_parameters().map_or(&[], |t| t)) && (0..self.len()).all(increase) {
@@ -64,10 +64,7 @@ impl CurveBatch {
         });
     }
 
-    /// Checks the curves with coordinates that are not finite again, after other points became
-    /// known.
-    ///
-    /// A curve may have lost its problem, or have a new one.
+    /// Repeats the checks after other points became known.
     pub(super) fn check_again(&mut self) {
         let mut problems = std::mem::take(&mut self.problems);
         problems.retain(|&i, _| self.points(i).iter().all(|x| x.is_finite()));
@@ -77,20 +74,18 @@ impl CurveBatch {
         self.check_weights();
     }
 
-    /// Records why curve `i` cannot be fitted: its point, and what is wrong with it.
+    /// Records a problem of curve `i` at a point.
     pub(crate) fn refuse(&mut self, i: usize, point: usize, what: &str) {
         let message = self.sentence(i, point, what);
         self.refuse_as(i, CurveStatus::Invalid, message);
     }
 
-    /// Records why curve `i` cannot be fitted, in a sentence that names the place.
+    /// Records a problem of curve `i`, as a sentence that names the place.
     pub(crate) fn refuse_as(&mut self, i: usize, status: CurveStatus, message: String) {
         self.problems.insert(i, Unfitted { status, message });
     }
 
-    /// Records the first problem that `find` sees in each curve that has none yet.
-    ///
-    /// `find` returns the point and what is wrong with it.
+    /// Records the problem that `find` returns, with its point, for curves without one.
     fn find_problems(&mut self, find: impl Fn(&Self, usize) -> Option<(usize, String)>) {
         for i in 0..self.len() {
             if self.problems.contains_key(&i) {
@@ -103,9 +98,9 @@ impl CurveBatch {
     }
 }
 
-/// Whether there is no NaN and no infinity among them.
+/// Whether all numbers are finite.
 pub(crate) fn are_finite(numbers: &[f64]) -> bool {
-    // Many at once between two looks.
+    // Blocks vectorise.
     numbers.chunks(256).all(|some| some.iter().fold(true, |so_far, x| so_far & x.is_finite()))
 }
 
@@ -117,7 +112,7 @@ mod tests {
     const NAN: f64 = f64::NAN;
     const FINITE: &str = "every coordinate must be a finite number: mend or remove the point";
 
-    /// Three curves with numbers that are none: at points 1, 1 and 2.
+    /// Three curves with invalid numbers at points 1, 1 and 2.
     fn blanks() -> CurveBatch {
         let a = [[0.0, 0.0], [NAN, 1.0], [2.0, 0.0]];
         let b = [[0.0, 0.0], [1.0, f64::INFINITY], [2.0, 0.0]];

@@ -1,38 +1,37 @@
-//! [`Clock`]: times that were written as dates, such as `2024-03-01T06:00:00Z`, and are written so again.
+//! [`Clock`]: the format of dates such as `2024-03-01T06:00:00Z`.
 
 use jiff::civil::{DateTime, Time};
 use jiff::fmt::temporal::{Pieces, PiecesOffset};
 use jiff::tz::Offset;
 use jiff::{SignedDuration, Timestamp};
 
-/// How the times of a file are written, in the words of ISO 8601. The numbers are seconds since the
-/// beginning of 1970, UTC.
+/// The ISO 8601 format of a file's times. Numbers are seconds since 1970, UTC.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Clock {
-    /// `T`, a space, or nothing where only days are written.
+    /// `T`, a space, or none for days without times.
     separator: Option<char>,
-    /// Whether seconds are written, and how many decimals of them.
+    /// Whether seconds are written, and with how many decimals.
     seconds: bool,
     decimals: usize,
     zone: Zone,
 }
 
-/// What is written after the time of day.
+/// The time zone after the time of day.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Zone {
-    /// Nothing: UTC, or wherever the clock hangs.
+    /// None: UTC or local time.
     Unsaid,
     Z,
     Offset(Offset),
 }
 
-/// Finer than this no time is written. Numbers of seconds since 1970 have no more digits.
+/// The most decimals of seconds: f64 seconds since 1970 have no more.
 const MOST_DECIMALS: usize = 6;
 
 const MICROSECONDS: f64 = 1e6;
 
 impl Clock {
-    /// The time that a text says, and how it says it.
+    /// Parses a time and its format.
     pub fn read(text: &str) -> Option<(f64, Self)> {
         let pieces = Pieces::parse(text).ok()?;
         let (zone, offset) = match pieces.offset() {
@@ -43,7 +42,6 @@ impl Clock {
         };
         let time = pieces.time();
         let stamp = offset.to_timestamp(pieces.date().to_datetime(time.unwrap_or(Time::midnight()))).ok()?;
-        // Days and times are in digits and a few letters: a letter is a byte.
         let separator = text.chars().nth(10).filter(|letter| *letter == ' ').or(Some('T')).filter(|_| time.is_some());
         let clock_time = text.split(['T', 't', ' ']).nth(1).unwrap_or_default();
         let fraction = clock_time.split(['.', ',']).nth(1).unwrap_or_default();
@@ -54,13 +52,13 @@ impl Clock {
         Some((seconds, clock))
     }
 
-    /// The clocks of curves that are not all given with one offset from UTC. This one is that of curves without one of their own.
+    /// The clocks of curves with different offsets from UTC. Curves without a clock get this one.
     pub fn each_own(self, clocks: &[Option<Clock>]) -> Option<Vec<Clock>> {
         let all: Vec<Clock> = clocks.iter().map(|own| own.unwrap_or(self)).collect();
         all.windows(2).any(|pair| pair[0].zone != pair[1].zone).then_some(all)
     }
 
-    /// The clock that writes what both write, where this one hangs.
+    /// The clock with the fields of both, in this one's zone.
     pub fn with(self, other: Clock) -> Self {
         Clock {
             separator: self.separator.or(other.separator),
@@ -70,7 +68,7 @@ impl Clock {
         }
     }
 
-    /// The clock that writes these times alike, as exactly as it can.
+    /// The clock with the fields that these times need.
     pub fn for_all(self, times: impl Iterator<Item = f64>) -> Self {
         let mut clock = self;
         for date in times.filter_map(|t| self.date(t)) {
@@ -89,7 +87,7 @@ impl Clock {
         clock
     }
 
-    /// The date and the time of day, where the clock hangs.
+    /// The date and the time of day in the clock's zone.
     fn date(&self, t: f64) -> Option<DateTime> {
         let offset = match self.zone {
             Zone::Offset(offset) => offset,
@@ -100,7 +98,7 @@ impl Clock {
         stamp.filter(|_| micros.is_finite()).map(|stamp| offset.to_datetime(stamp))
     }
 
-    /// A time as text. It is empty for what is no time.
+    /// A time as text, empty if it is out of range.
     pub fn write(&self, t: f64) -> String {
         let Some(date) = self.date(t) else { return String::new() };
         let mut text = date.strftime("%Y-%m-%d").to_string();
@@ -123,7 +121,7 @@ impl Clock {
         text
     }
 
-    /// Seconds from UTC to where the clock hangs.
+    /// The zone's offset from UTC in seconds.
     pub fn offset(&self) -> f64 {
         match self.zone {
             Zone::Offset(offset) => offset.seconds().into(),

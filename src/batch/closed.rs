@@ -1,4 +1,4 @@
-//! Closing curves: which are closed, and the repeated last point that a closed curve drops.
+//! Closed curves, which drop a repeated last point.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ impl CurveBatch {
     /// A closed curve whose last point repeats its first loses the last.
     pub fn closed(self, closed: bool) -> Self {
         let flags = vec![closed; self.len()];
-        self.closed_each(flags).expect("one flag a curve")
+        self.closed_each(flags).expect("one flag per curve")
     }
 
     /// Marks curves of at least three points as closed if their last point equals their first.
@@ -20,7 +20,7 @@ impl CurveBatch {
     /// The repeated point is dropped.
     pub fn closed_auto(self) -> Self {
         let flags = (0..self.len()).map(|i| self.count(i) > 2 && self.repeats_first(i)).collect();
-        self.closed_each(flags).expect("one flag a curve")
+        self.closed_each(flags).expect("one flag per curve")
     }
 
     /// Marks each curve as closed or open.
@@ -41,20 +41,18 @@ impl CurveBatch {
         Ok(self)
     }
 
-    /// Distances from each point of curve `i` to the next.
-    ///
-    /// A closed curve has also that back to the first.
+    /// Distances between consecutive points of curve `i`, including the closing chord of a closed
+    /// curve.
     pub(crate) fn chords(&self, i: usize) -> impl Iterator<Item = f64> {
         let (n, d, points) = (self.count(i), self.dimension, self.points(i));
         let point = move |k: usize| &points[k % n * d..][..d];
         (0..self.spans(i)).map(move |k| distance(point(k), point(k + 1)))
     }
 
-    /// The parameter length of the span that closes curve `i`, which has parameters.
+    /// The parameter length of the closing span of curve `i`.
     ///
-    /// It is the stated one, if there is one. It is 0 if the last point equals the first. Otherwise
-    /// it is the closing chord times the mean parameter length per unit of chord of the other
-    /// spans.
+    /// It is the given one, if there is one, and 0 if the last point equals the first. Otherwise it
+    /// is the closing chord times the other spans' mean parameter length per unit of chord.
     pub(crate) fn closing_length(&self, i: usize, parameters: &[f64]) -> f64 {
         let chords: Vec<f64> = self.chords(i).collect();
         match (self.closing_span(i), chords.split_last()) {
@@ -67,8 +65,8 @@ impl CurveBatch {
         }
     }
 
-    /// The given parameters of curve `i`, and of a closed curve the one where it meets its first
-    /// point again. `None` if there are none, or all are equal.
+    /// The given parameters of curve `i`, with the end of a closed curve. `None` if there are none,
+    /// or all are equal.
     pub(crate) fn given_knots(&self, i: usize) -> Option<Vec<f64>> {
         let given = self.parameters(i).filter(|given| !given.is_empty() && self.problem(i).is_none())?;
         let mut knots = given.to_vec();
@@ -79,9 +77,7 @@ impl CurveBatch {
         (knots[0] < knots[knots.len() - 1]).then_some(knots)
     }
 
-    /// Whether curve `i` has a last point beside its first, and the two are equal.
-    ///
-    /// An unknown point equals none.
+    /// Whether the last point of curve `i` repeats the first. Unknown points do not count.
     pub(crate) fn repeats_first(&self, i: usize) -> bool {
         let (points, d) = (self.points(i), self.dimension);
         let equal = points.len() > d && points[..d] == points[points.len() - d..];
@@ -99,7 +95,9 @@ impl CurveBatch {
             self.closing_spans = Some(spans);
         }
         let mut keep = vec![true; self.total_points()];
-        curves.iter().for_each(|&i| keep[self.offsets[i + 1] - 1] = false);
+        for &i in curves {
+            keep[self.offsets[i + 1] - 1] = false;
+        }
         retain_rows(Some(Arc::make_mut(&mut self.coords)), self.dimension, &keep);
         retain_rows(self.parameters.as_mut().map(Arc::make_mut), 1, &keep);
         retain_rows(self.weights.as_mut(), 1, &keep);
@@ -117,7 +115,7 @@ impl CurveBatch {
     }
 }
 
-/// Distance between two points that neither overflows nor underflows on the way.
+/// Distance between two points without intermediate overflow or underflow.
 pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
     let (mut largest, mut sum) = (0.0_f64, 0.0);
     for (a, b) in a.iter().zip(b) {
@@ -125,7 +123,7 @@ pub(crate) fn distance(a: &[f64], b: &[f64]) -> f64 {
         largest = largest.max(step);
         sum += step * step;
     }
-    // Squares of such numbers are normal, and so is the sum of three squares.
+    // Sums of three squares of such numbers are normal.
     if (1e-140..1e150).contains(&largest) {
         return sum.sqrt();
     }

@@ -1,17 +1,16 @@
-//! [`Column`]: what points have beside coordinates, parameters, weights and constraints.
+//! [`Column`]: additional values of points.
 
 use super::{CurveBatch, expect_length};
 use crate::error::Result;
 
-/// What every point of a batch has, by a name: a speed, a ship's number, a remark.
+/// An additional value per point of a batch: a speed, a ship's number, a remark.
 ///
-/// No method asks for it. Samples of a fitted curve have what the data points next to them have:
-/// see [`tracks::sample`](crate::tracks::sample).
+/// Methods ignore columns. [`tracks::sample`](crate::tracks::sample) interpolates them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Column {
-    /// The name, as in the head of a table.
+    /// The name, as in a table's header.
     pub name: String,
-    /// One entry a point.
+    /// One entry per point.
     pub values: Values,
 }
 
@@ -19,12 +18,12 @@ pub struct Column {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Values {
-    /// Quantities. Between data points they are interpolated linearly. NaN stands for a blank.
+    /// Quantities, interpolated linearly between data points. NaN stands for a blank.
     Numbers(Vec<f64>),
-    /// Angles in degrees. Between data points they go the short way round, from 0 up to 360, or from −180 to 180 where one of
-    /// both is negative. What is beyond ±360 is no angle, and samples have that of the nearest data point.
+    /// Angles in degrees, interpolated the short way round: from 0 to 360, or from −180 to 180 if
+    /// one of the two is negative. Values beyond ±360 are not angles, and samples take the nearest.
     Angles(Vec<f64>),
-    /// Texts, also of numbers that are no quantities. Samples have that of the nearest data point.
+    /// Texts, including numbers that are not quantities. Samples take the nearest data point's.
     Texts(Vec<String>),
 }
 
@@ -37,7 +36,7 @@ impl Values {
         }
     }
 
-    /// Whether there is no entry.
+    /// Whether there are no entries.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -51,7 +50,7 @@ impl Values {
         }
     }
 
-    /// Appends what is between two entries of a column of this kind, at a part of the way from one to the other.
+    /// Appends the interpolation of two entries of a column of this kind.
     pub(crate) fn push_between(&mut self, of: &Values, [a, b]: [usize; 2], u: f64) {
         let between = |entries: &[f64], inner: fn(f64, f64, f64) -> f64| match u {
             0.0 => entries[a],
@@ -59,7 +58,7 @@ impl Values {
             _ => inner(entries[a], entries[b], u),
         };
         match (self, of) {
-            // Equal numbers stay what they are.
+            // Equal numbers keep their bits.
             (Values::Numbers(out), Values::Numbers(all)) => out.push(between(all, |a, b, u| a + (b - a) * u)),
             (Values::Angles(out), Values::Angles(all)) => out.push(between(all, turned)),
             (Values::Texts(out), Values::Texts(texts)) => out.push(texts[if u < 0.5 { a } else { b }].clone()),
@@ -81,7 +80,7 @@ impl Values {
 const HALF_TURN: f64 = 180.0;
 const TURN: f64 = 360.0;
 
-/// The angle at a part of the short way from one to another. Where one is no angle it is the nearer of both.
+/// Interpolates angles the short way round. Beyond ±360 it returns the nearer one.
 fn turned(a: f64, b: f64, u: f64) -> f64 {
     if a.abs() > TURN || b.abs() > TURN {
         return if u < 0.5 { a } else { b };
@@ -97,24 +96,20 @@ pub(super) fn gather(columns: &[Column], points: &[usize]) -> Vec<Column> {
 }
 
 impl CurveBatch {
-    /// Gives every point more values, by name.
+    /// Sets the columns.
     ///
     /// # Errors
-    /// If a column has not one entry a point.
+    /// If a column does not have one entry per point.
     pub fn with_columns(mut self, columns: Vec<Column>) -> Result<Self> {
         for column in &columns {
-            expect_length(
-                &format!("entries of column {}", column.name),
-                column.values.len(),
-                self.total_points(),
-                "point",
-            )?;
+            let what = format!("entries of column {}", column.name);
+            expect_length(&what, column.values.len(), self.total_points(), "point")?;
         }
         self.columns = columns;
         Ok(self)
     }
 
-    /// What every point has beside, by name.
+    /// The columns.
     pub fn columns(&self) -> &[Column] {
         &self.columns
     }

@@ -1,6 +1,6 @@
-//! Curves made of the points of others: pieces of them, or pieces joined.
+//! Curves made of other curves' points: pieces, and joined pieces.
 //!
-//! They are fitted as curves of their own. Their messages still name the points that were given.
+//! Their messages name the original points.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -11,36 +11,35 @@ use crate::constraint::{Constraints, gather_rows, rows_of};
 use crate::ragged;
 use crate::sort;
 
-/// Consecutive points of a curve, past the end of a closed one if need be.
+/// Consecutive points of a curve. They may pass the end of a closed one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Piece {
-    /// The curve that the piece is cut from.
+    /// The original curve.
     pub curve: usize,
     /// The piece's first point in that curve.
     pub first: usize,
     /// Number of the piece's points.
     ///
-    /// A closed curve that is cut open at one point has that point first and last. It then has one
-    /// point more than the curve.
+    /// A closed curve that is cut at one point has that point first and last.
     pub count: usize,
-    /// Whether the piece is all of a closed curve, still closed.
+    /// Whether the piece is a whole closed curve.
     pub closed: bool,
 }
 
-/// What curves were made from, for the places in messages.
+/// The original points of curves, for messages.
 #[derive(Clone, Debug)]
 pub(crate) struct Cut {
-    /// The origin of the curves that were given.
+    /// The origin of the original curves.
     pub whole: Arc<Origin>,
     offsets: Vec<usize>,
-    /// Of every curve the one given that it begins with, though it may have no points.
+    /// The original curve at the start of every curve, which may have no points.
     curves: Vec<u32>,
-    /// Of every point the curve given, and the point of it.
+    /// The original curve and point of every point.
     points: Vec<(u32, u32)>,
 }
 
 impl Cut {
-    /// The curve given, and its point, that are point `k` of curve `i`.
+    /// The original curve and point of point `k` of curve `i`.
     pub fn given(&self, i: usize, k: usize) -> (usize, usize) {
         let of_curve = &self.points[self.offsets[i]..self.offsets[i + 1]];
         let (curve, point) = of_curve.get(k).copied().unwrap_or((self.curves[i], 0));
@@ -48,48 +47,39 @@ impl Cut {
     }
 }
 
-/// Curves made of the points of others.
+/// Curves made of other curves' points.
 pub(crate) struct Traced {
     pub coords: Vec<f64>,
     pub offsets: Vec<usize>,
     pub closed: Vec<bool>,
     pub constraints: Constraints,
-    /// Of every curve the one given that it begins with.
+    /// The original curve at the start of every curve.
     pub curves: Vec<u32>,
-    /// Of every point the curve given, and the point of it.
+    /// The original curve and point of every point.
     pub points: Vec<(u32, u32)>,
 }
 
 impl CurveBatch {
-    /// Curves of this batch's points. A curve has the name of the one that it begins with,
-    /// and the first problem of all its points' curves.
+    /// Curves of this batch's points. A curve has the name of the original curve at its start, and
+    /// the first problem of its points' curves.
     pub(crate) fn traced(&self, traced: Traced) -> CurveBatch {
         let Traced { coords, offsets, closed, constraints, curves: firsts, points } = traced;
         let of = |i: usize| points[offsets[i]..offsets[i + 1]].iter().map(|&(curve, _)| curve as usize);
         let problem = |i: usize| Some((i, of(i).find_map(|curve| self.problem(curve))?.clone()));
         let curves = 0..closed.len();
-        CurveBatch {
-            dimension: self.dimension,
-            problems: sort::map(curves.filter_map(problem)),
-            origin: Arc::new(Origin {
-                names: Some(firsts.iter().map(|&curve| self.name(curve as usize).into_owned()).collect()),
-                cut: Some(Cut { whole: self.origin.clone(), offsets: offsets.clone(), curves: firsts, points }),
-                ..Origin::default()
-            }),
-            coords: Arc::new(coords),
-            offsets,
-            closed,
-            parameters: None,
-            closing_spans: None,
-            weights: None,
-            constraints,
-            columns: Vec::new(),
-        }
+        let problems = sort::map(curves.filter_map(problem));
+        let origin = Arc::new(Origin {
+            names: Some(firsts.iter().map(|&curve| self.name(curve as usize).into_owned()).collect()),
+            cut: Some(Cut { whole: self.origin.clone(), offsets: offsets.clone(), curves: firsts, points }),
+            ..Origin::default()
+        });
+        let bare = CurveBatch::bare(self.dimension, coords, offsets, closed, origin);
+        CurveBatch { problems, constraints, ..bare }
     }
 
-    /// The same points in more curves: of every curve ranges of its points, one after the other.
+    /// Divides curves into consecutive ranges of their points.
     ///
-    /// Parts of a curve that is not whole have its name and a number.
+    /// The parts of a divided curve have its name and a number.
     pub(crate) fn parted(&self, parts: &[(usize, Range<usize>)]) -> CurveBatch {
         let offsets = ragged::offsets(parts.iter().map(|(_, range)| range.len()));
         let is_whole = |(i, range): &(usize, Range<usize>)| range.len() == self.count(*i);
@@ -128,11 +118,10 @@ impl CurveBatch {
         }
     }
 
-    /// The pieces as a batch, with their weights and constraints, and the problems of their curves.
-    ///
-    /// The batch has no parameters and no columns.
+    /// The pieces as a batch, with weights, constraints and problems, but without parameters and
+    /// columns.
     pub(crate) fn cut(&self, pieces: Vec<Piece>) -> CurveBatch {
-        // Taken apart by name, so that a new column cannot be forgotten.
+        // Destructured by name, so that a new column cannot be forgotten.
         let CurveBatch {
             dimension,
             coords,
@@ -147,7 +136,9 @@ impl CurveBatch {
             origin,
         } = self;
         let mut ends = vec![0];
-        pieces.iter().for_each(|piece| ends.push(ends[ends.len() - 1] + piece.count));
+        for piece in &pieces {
+            ends.push(ends[ends.len() - 1] + piece.count);
+        }
         let points: Vec<usize> = pieces
             .iter()
             .flat_map(|piece| {

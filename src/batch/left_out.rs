@@ -1,12 +1,12 @@
-//! Batches without some of their curves, as they are written.
+//! Batches without some of their curves, for writers.
 
 use std::sync::Arc;
 
 use super::{CurveBatch, Origin};
 
 impl CurveBatch {
-    /// The batch without the curves listed. Unlike [`select`](Self::select) it keeps what its file said of all
-    /// curves, such as how times are written, and its document.
+    /// The batch without the listed curves. Unlike [`select`](Self::select) it keeps the properties
+    /// of the file, such as the format of times, and its document.
     pub(crate) fn without(&self, left_out: &[usize]) -> Self {
         let kept = self.others(left_out);
         let selected = self.select(&kept);
@@ -21,11 +21,13 @@ impl CurveBatch {
         selected.with_origin(Arc::new(origin))
     }
 
-    /// The same curves, of which those listed have no points.
+    /// The batch with the listed curves emptied.
     pub(crate) fn emptied(&self, left_out: &[usize]) -> Self {
         let kept = self.without(left_out);
         let mut counts = vec![0; self.len()];
-        self.others(left_out).into_iter().for_each(|i| counts[i] = self.count(i));
+        for i in self.others(left_out) {
+            counts[i] = self.count(i);
+        }
         CurveBatch {
             offsets: crate::ragged::offsets(counts),
             closed: self.closed.clone(),
@@ -36,10 +38,12 @@ impl CurveBatch {
         }
     }
 
-    /// The curves that are not listed, in order.
+    /// The other curves, in order.
     pub(crate) fn others(&self, listed: &[usize]) -> Vec<usize> {
         let mut is_listed = vec![false; self.len()];
-        listed.iter().for_each(|&i| is_listed[i] = true);
+        for &i in listed {
+            is_listed[i] = true;
+        }
         (0..self.len()).filter(|&i| !is_listed[i]).collect()
     }
 }

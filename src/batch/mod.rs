@@ -1,5 +1,4 @@
-//! [`CurveBatch`]: a ragged batch of point lists, the input of every method and the output of every
-//! sampling.
+//! [`CurveBatch`]: a ragged batch of point lists, the input of methods and the result of sampling.
 
 mod check;
 #[cfg_attr(not(feature = "formats"), path = "no_clock.rs")]
@@ -33,12 +32,12 @@ pub use point::Point;
 
 /// Why a curve of a batch cannot be fitted.
 ///
-/// A status and a sentence that names the point, the value and the remedy.
+/// The message names the point, the value and the remedy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Unfitted {
     /// [`CurveStatus::Invalid`] or [`CurveStatus::Degenerate`].
     pub status: CurveStatus,
-    /// What is wrong and what to do.
+    /// The problem and the remedy.
     pub message: String,
 }
 
@@ -49,9 +48,8 @@ pub struct Unfitted {
 /// offsets[i + 1]`. A closed curve does not repeat its first point: [`closed`](Self::closed) and
 /// [`closed_auto`](Self::closed_auto) drop a repeated last point.
 ///
-/// Arrays that do not fit together are an error at once. A curve that cannot be fitted (NaN,
-/// decreasing parameters …) is kept, with an [`Unfitted`] of its own. It comes out of every fit as
-/// its input polyline.
+/// Inconsistent arrays are an error. A curve that cannot be fitted (NaN, decreasing parameters …)
+/// gets an [`Unfitted`], and every fit returns it as its input polyline.
 ///
 /// ```
 /// use faircurve::CurveBatch;
@@ -64,7 +62,7 @@ pub struct Unfitted {
 #[derive(Clone, Debug)]
 pub struct CurveBatch {
     dimension: usize,
-    /// Shared with the splines whose knots are these points.
+    /// Shared with splines whose knots are these points.
     coords: Arc<Vec<f64>>,
     offsets: Vec<usize>,
     closed: Vec<bool>,
@@ -85,7 +83,9 @@ impl CurveBatch {
     pub fn from_slices<P: Point>(curves: &[&[P]]) -> Result<Self> {
         let offsets = ragged::offsets(curves.iter().map(|curve| curve.len()));
         let mut coords = Vec::with_capacity(offsets[curves.len()] * P::DIMENSION);
-        curves.iter().flat_map(|curve| *curve).for_each(|point| point.push_to(&mut coords));
+        for point in curves.iter().flat_map(|curve| *curve) {
+            point.push_to(&mut coords);
+        }
         Self::from_ragged(P::DIMENSION, coords, offsets)
     }
 
@@ -106,7 +106,7 @@ impl CurveBatch {
         (Arc::unwrap_or_clone(self.coords), self.offsets)
     }
 
-    /// Makes a batch that was read from a file. Its problems name the file, the line and the curve.
+    /// Makes a batch from a file. Messages name the file, the line and the curve.
     pub(crate) fn from_file(
         dimension: usize,
         coords: Vec<f64>,
@@ -133,11 +133,18 @@ impl CurveBatch {
             return Err(Error::Batch(format!("offsets end at {last}, but there are {points} points")));
         }
         let curves = offsets.len() - 1;
-        let mut batch = CurveBatch {
+        let mut batch = Self::bare(dimension, coords, offsets, vec![false; curves], origin);
+        batch.check_coordinates();
+        Ok(batch)
+    }
+
+    /// A batch of nothing but points, without checks.
+    fn bare(dimension: usize, coords: Vec<f64>, offsets: Vec<usize>, closed: Vec<bool>, origin: Arc<Origin>) -> Self {
+        CurveBatch {
             dimension,
             coords: Arc::new(coords),
             offsets,
-            closed: vec![false; curves],
+            closed,
             parameters: None,
             closing_spans: None,
             weights: None,
@@ -145,17 +152,15 @@ impl CurveBatch {
             columns: Vec::new(),
             problems: BTreeMap::new(),
             origin,
-        };
-        batch.check_coordinates();
-        Ok(batch)
+        }
     }
 
-    /// Gives every point its parameter.
+    /// Sets the parameter of every point.
     ///
-    /// Parameters must increase along a curve. Equal ones are possible where the points are equal
-    /// too (and, for smoothing, anywhere). A closed curve's first point may be repeated at its end
-    /// to state the length of the closing span. In that case call this before
-    /// [`closed`](Self::closed). A curve whose parameters are all NaN has none.
+    /// Parameters must increase along a curve. Equal ones are allowed at equal points (and anywhere
+    /// for smoothing). A closed curve may repeat its first point to state the length of the closing
+    /// span: call this before [`closed`](Self::closed). A curve whose parameters are all NaN has
+    /// none.
     ///
     /// # Errors
     /// If the number of parameters is not the number of points.
@@ -173,9 +178,8 @@ impl CurveBatch {
         Ok(self)
     }
 
-    /// Gives every closed curve the parameter length of the span that closes it.
-    ///
-    /// The lengths of open curves are ignored.
+    /// Sets the parameter length of the closing span of every closed curve. The lengths of open
+    /// curves are ignored.
     ///
     /// # Errors
     /// If the number of lengths is not the number of curves.
@@ -185,7 +189,7 @@ impl CurveBatch {
         Ok(self)
     }
 
-    /// Gives every point its weight, for smoothing. Weights must be positive and finite.
+    /// Sets the weight of every point, for smoothing. Weights must be positive and finite.
     ///
     /// # Errors
     /// If the number of weights is not the number of points.
@@ -196,10 +200,7 @@ impl CurveBatch {
         Ok(self)
     }
 
-    /// Gives the batch its constraints.
-    ///
-    /// Coordinates of points that they call unknown may be anything, also NaN or infinite. The
-    /// coordinates of all other points must be finite, as ever.
+    /// Sets the constraints. Coordinates of unknown points may be NaN or infinite.
     ///
     /// # Errors
     /// If the length of a column is not the number of points (times the dimension, for vectors).
@@ -210,20 +211,15 @@ impl CurveBatch {
                 expect_length(what, column.len(), points * self.dimension, "coordinate")?;
             }
         }
-        if let Some(column) = &constraints.exponents {
-            expect_length("exponents", column.len(), points, "point")?;
-        }
-        if let Some(column) = &constraints.known {
-            expect_length("known flags", column.len(), points, "point")?;
-        }
-        if let Some(column) = &constraints.pinned {
-            expect_length("pinned flags", column.len(), points, "point")?;
-        }
-        if let Some(column) = &constraints.largest_curvatures {
-            expect_length("largest curvatures", column.len(), points, "point")?;
-        }
-        if let Some(column) = &constraints.corridors {
-            expect_length("corridors", column.len(), points, "point")?;
+        let lengths = [
+            ("exponents", constraints.exponents.as_ref().map(Vec::len)),
+            ("known flags", constraints.known.as_ref().map(Vec::len)),
+            ("pinned flags", constraints.pinned.as_ref().map(Vec::len)),
+            ("largest curvatures", constraints.largest_curvatures.as_ref().map(Vec::len)),
+            ("corridors", constraints.corridors.as_ref().map(Vec::len)),
+        ];
+        for (what, length) in lengths {
+            expect_length(what, length.unwrap_or(points), points, "point")?;
         }
         let other_points = self.constraints.known != constraints.known;
         self.constraints = constraints;
@@ -233,7 +229,7 @@ impl CurveBatch {
         Ok(self)
     }
 
-    /// Gives every curve a name. A name is any text. It appears in reports, errors and files.
+    /// Sets the names of the curves, for reports, errors and files.
     ///
     /// # Errors
     /// If the number of names is not the number of curves.
@@ -244,13 +240,13 @@ impl CurveBatch {
         Ok(self.with_origin(Arc::new(origin)))
     }
 
-    /// Sets where the batch came from: names, places in a file, properties to carry through.
+    /// Sets the provenance.
     pub(crate) fn with_origin(mut self, origin: Arc<Origin>) -> Self {
         self.origin = origin;
         self
     }
 
-    /// Names, places and properties.
+    /// The provenance.
     pub(crate) fn origin(&self) -> &Arc<Origin> {
         &self.origin
     }
@@ -260,7 +256,7 @@ impl CurveBatch {
         self.offsets.len() - 1
     }
 
-    /// Whether there is no curve at all.
+    /// Whether there are no curves.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -280,17 +276,17 @@ impl CurveBatch {
         self.offsets[i + 1] - self.offsets[i]
     }
 
-    /// Number of spans of curve `i`: one fewer than its points, or as many for a closed curve.
+    /// Number of spans of curve `i`: one less than its points, or equal for a closed curve.
     pub fn spans(&self, i: usize) -> usize {
         if self.closed[i] { self.count(i) } else { self.count(i).saturating_sub(1) }
     }
 
-    /// All coordinates, point after point.
+    /// All coordinates, point by point.
     pub fn coords(&self) -> &[f64] {
         &self.coords
     }
 
-    /// The same, to keep.
+    /// All coordinates, shared.
     pub(crate) fn shared_coords(&self) -> &Arc<Vec<f64>> {
         &self.coords
     }
@@ -300,7 +296,7 @@ impl CurveBatch {
         &self.offsets
     }
 
-    /// The coordinates of curve `i`, point after point.
+    /// The coordinates of curve `i`, point by point.
     pub fn points(&self, i: usize) -> &[f64] {
         &self.coords[self.offsets[i] * self.dimension..self.offsets[i + 1] * self.dimension]
     }
@@ -310,7 +306,7 @@ impl CurveBatch {
         self.closed[i]
     }
 
-    /// Whether points of some curve have parameters. A batch without curves has none.
+    /// Whether some curve has parameters.
     pub(crate) fn has_parameters(&self) -> bool {
         !self.is_empty() && self.parameters.is_some()
     }
@@ -321,12 +317,12 @@ impl CurveBatch {
         Some(&all[self.offsets[i]..self.offsets[i + 1]])
     }
 
-    /// All parameters, to keep. Those of curves without any are not to be used.
+    /// All parameters, shared, with placeholders for curves without parameters.
     pub(crate) fn shared_parameters(&self) -> Option<&Arc<Vec<f64>>> {
         self.parameters.as_ref()
     }
 
-    /// The parameter length of the span that closes curve `i`, if one was stated.
+    /// The given parameter length of the closing span of curve `i`.
     pub fn closing_span(&self, i: usize) -> Option<f64> {
         self.closing_spans.as_ref().map(|spans| spans[i]).filter(|span| !span.is_nan())
     }
@@ -336,18 +332,15 @@ impl CurveBatch {
         Some(&self.weights.as_ref()?[self.offsets[i]..self.offsets[i + 1]])
     }
 
-    /// Whether point `k` of curve `i` is known.
-    ///
-    /// Every point is, unless the constraints call it unknown.
+    /// Whether point `k` of curve `i` is known. By default all are.
     pub fn is_known(&self, i: usize, k: usize) -> bool {
         self.constraints.known.as_ref().is_none_or(|known| known[self.offsets[i] + k])
     }
 
-    /// Refuses a batch with constraints that a method does not know.
+    /// Refuses constraints that a method does not support.
     ///
-    /// Every method calls it first, so that no constraint is ignored. That includes your own
-    /// methods, when a later version has more kinds of constraints. `method` is what its curves are
-    /// called, in the plural.
+    /// Every method calls this first, so that no constraint is ignored, including kinds that a
+    /// later version adds. `method` names its curves, in the plural.
     ///
     /// ```
     /// use faircurve::{Constraint, CurveBatch};
@@ -357,7 +350,7 @@ impl CurveBatch {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Argument`], which names every kind of constraint that is given but not in `known`.
+    /// [`Error::Argument`], which lists the given kinds of constraints that are not in `known`.
     pub fn allows(&self, known: &[Constraint], method: &str) -> Result<()> {
         self.constraints.expect_only(known, method)
     }
@@ -367,50 +360,52 @@ impl CurveBatch {
         &self.constraints
     }
 
-    /// The tangent asked for at point `k` of curve `i`, if one is.
+    /// The tangent at point `k` of curve `i`, if there is one.
     pub fn tangent(&self, i: usize, k: usize) -> Option<&[f64]> {
         let start = (self.offsets[i] + k) * self.dimension;
         let tangent = &self.constraints.tangents.as_ref()?[start..start + self.dimension];
         (!tangent[0].is_nan()).then_some(tangent)
     }
 
-    /// Whether curve `i` goes exactly through its point `k`, whatever the method.
+    /// Whether curve `i` passes exactly through its point `k`, whatever the method.
     pub fn is_pinned(&self, i: usize, k: usize) -> bool {
         self.constraints.pinned.as_ref().is_some_and(|pinned| pinned[self.offsets[i] + k])
     }
 
-    /// Whether the curves come from a file with polygons, whose neighbours may share borders: see
+    /// Whether the curves come from a file with polygons, which may share borders: see
     /// [`topology`](crate::topology).
     pub fn is_map(&self) -> bool {
         self.origin.is_map
     }
 
-    /// Whether the curves come from a file whose x and y are longitudes and latitudes in degrees.
+    /// Whether x and y are longitudes and latitudes in degrees.
     pub fn is_geographic(&self) -> bool {
         self.origin.geographic
     }
 
-    /// What is worth a line about the file that the batch was read from: what was passed over.
+    /// Notes about the batch's file, such as skipped elements.
     pub fn notes(&self) -> &[String] {
         &self.origin.notes
     }
 
-    /// Whether the parameters were read as dates. They are seconds since the beginning of 1970, UTC.
+    #[doc(hidden)]
+    /// Whether the parameters are dates: seconds since 1970, UTC.
     pub fn has_dates(&self) -> bool {
         self.origin.clock.is_some()
     }
 
-    /// The name of curve `i`: the one given, or else its number counted from 0.
+    /// The name of curve `i`, or its number counted from 0.
     pub fn name(&self, i: usize) -> Cow<'_, str> {
         self.origin.name(i)
     }
 
-    /// The name of curve `i` for a message, at most 80 characters of it.
+    #[doc(hidden)]
+    /// The name of curve `i` for a message, cut to 80 characters.
     pub fn label(&self, i: usize) -> String {
         shortened(&self.name(i)).into_owned()
     }
 
-    /// Why curve `i` cannot be fitted, if it cannot.
+    /// Why curve `i` cannot be fitted, if so.
     pub fn problem(&self, i: usize) -> Option<&Unfitted> {
         self.problems.get(&i)
     }
@@ -420,7 +415,7 @@ impl CurveBatch {
         &self.problems
     }
 
-    /// A message about point `k` of curve `i`. It starts with the place: file, line, curve, point.
+    /// A message about point `k` of curve `i`, which starts with the file, line, curve and point.
     pub fn sentence(&self, i: usize, k: usize, what: &str) -> String {
         let (mut origin, mut curve, mut k) = (&*self.origin, i, k);
         while let Some(cut) = &origin.cut {
@@ -431,11 +426,9 @@ impl CurveBatch {
         format!("{place}curve {}, point {k}: {what}", shortened(&origin.name(curve)))
     }
 
-    /// The batch with only the curves listed, in that order.
-    ///
-    /// Names and constraints follow. Carried documents do not.
+    /// The listed curves in this order, with names and constraints, but without the document.
     pub fn select(&self, curves: &[usize]) -> Self {
-        // Taken apart by name, so that a new column cannot be forgotten.
+        // Destructured by name, so that a new column cannot be forgotten.
         let CurveBatch {
             dimension,
             coords,
@@ -469,22 +462,20 @@ impl CurveBatch {
         }
     }
 
-    /// The same curves with other points: names, closedness, problems, and the document that they
-    /// came from.
-    ///
-    /// Parameters, weights, constraints and columns are dropped.
+    /// Replaces the points. Names, closedness, problems and the document are kept. Parameters,
+    /// weights, constraints and columns are dropped.
     ///
     /// # Errors
-    /// Offsets that do not fit the points, or are not those of as many curves.
+    /// Offsets that do not match the points or the number of curves.
     pub fn replaced(&self, coords: Vec<f64>, offsets: Vec<usize>) -> Result<Self> {
         let other = Self::from_ragged(self.dimension, coords, offsets)?;
         expect_length("curves", other.len(), self.len(), "curve")?;
         Ok(self.with_points(Arc::unwrap_or_clone(other.coords), other.offsets))
     }
 
-    /// The same curves with as many other points of this dimension, and with these problems besides their own.
+    /// Replaces the points by the same number of points of this dimension, and adds problems.
     ///
-    /// Constraints that are vectors must not be given where the dimension changes.
+    /// There must be no constraints that are vectors if the dimension changes.
     pub(crate) fn moved(&self, dimension: usize, coords: Vec<f64>, problems: Vec<(usize, Unfitted)>) -> Self {
         debug_assert_eq!(coords.len(), dimension * self.total_points());
         let mut moved = CurveBatch { dimension, coords: Arc::new(coords), ..self.clone() };
@@ -492,24 +483,11 @@ impl CurveBatch {
         moved
     }
 
-    /// The same curves (names, closedness, problems) with other points.
-    ///
-    /// Parameters, weights, constraints and columns are dropped.
+    /// [`replaced`](Self::replaced) without checks.
     pub(crate) fn with_points(&self, coords: Vec<f64>, offsets: Vec<usize>) -> Self {
         debug_assert_eq!((offsets.len(), offsets[self.len()] * self.dimension), (self.offsets.len(), coords.len()));
-        CurveBatch {
-            coords: Arc::new(coords),
-            offsets,
-            parameters: None,
-            closing_spans: None,
-            weights: None,
-            constraints: Constraints::default(),
-            columns: Vec::new(),
-            closed: self.closed.clone(),
-            problems: self.problems.clone(),
-            origin: self.origin.clone(),
-            ..*self
-        }
+        let bare = Self::bare(self.dimension, coords, offsets, self.closed.clone(), self.origin.clone());
+        CurveBatch { problems: self.problems.clone(), ..bare }
     }
 }
 
@@ -517,5 +495,5 @@ fn expect_length(what: &str, found: usize, wanted: usize, unit: &str) -> Result<
     if found == wanted {
         return Ok(());
     }
-    Err(Error::Batch(format!("{found} {what} for {wanted} {unit}s: give one a {unit}")))
+    Err(Error::Batch(format!("{found} {what} for {wanted} {unit}s: give one per {unit}")))
 }

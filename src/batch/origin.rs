@@ -1,4 +1,4 @@
-//! [`Origin`]: the file that a batch was read from.
+//! [`Origin`]: the provenance of a batch.
 
 use std::any::Any;
 use std::borrow::Cow;
@@ -6,46 +6,43 @@ use std::sync::Arc;
 
 use super::{Clock, Cut};
 
-/// Where a batch came from.
-///
-/// It names places in errors, and lets the same document be written back.
+/// The provenance of a batch: places for messages, and the document to write back.
 #[derive(Clone, Debug, Default)]
 #[cfg_attr(not(feature = "formats"), expect(dead_code, reason = "what only files have"))]
 pub(crate) struct Origin {
-    /// The file's name as the user gave it.
+    /// The file's name, as given.
     pub file: Option<String>,
-    /// One name a curve. Without names curves are numbered from 0.
+    /// One name per curve. Without names curves are numbered from 0.
     pub names: Option<Vec<String>>,
-    /// The line of the first point of every curve, counted from 1.
-    ///
-    /// Only formats with one line a point have it.
+    /// The line of the first point of every curve, counted from 1, for formats with one line per
+    /// point.
     pub first_lines: Option<Vec<Option<u64>>>,
-    /// The curves whose longitudes were carried past ±180 because they cross the antimeridian.
+    /// The curves whose longitudes continue past ±180 across the antimeridian.
     pub unwrapped: Vec<usize>,
-    /// Whether all longitudes were within ±180 as they were read.
+    /// Whether all longitudes in the file are within ±180.
     pub within_half_turn: bool,
     /// Whether the file has polygons, whose neighbours share borders.
     pub is_map: bool,
-    /// What is worth a line about the file.
+    /// Notes about the file, one line each.
     pub notes: Vec<String>,
-    /// Whether parameters were given, of which those of samples are made.
+    /// Whether parameters were given.
     pub timed: bool,
-    /// How times are written, where the parameters are times.
+    /// The format of times, if the parameters are times.
     pub clock: Option<Clock>,
-    /// How those of every curve are, where not all are given with one offset from UTC.
+    /// The format per curve, if offsets from UTC differ.
     pub clocks: Option<Vec<Clock>>,
-    /// The curves without parameters in a batch that has parameters, in order.
+    /// The curves without parameters in a batch with parameters, in order.
     pub untimed: Vec<usize>,
-    /// Whether x and y of all curves are longitudes and latitudes in degrees.
+    /// Whether x and y are longitudes and latitudes in degrees.
     pub geographic: bool,
-    /// What a format keeps of the file to write it again. Only that format knows the type.
+    /// The document that a format keeps to write it back.
     pub(crate) document: Option<Arc<dyn Any + Send + Sync>>,
-    /// What the curves were cut from, if they are pieces of others.
+    /// The original curves, if these are pieces.
     pub(crate) cut: Option<Cut>,
 }
 
 impl Origin {
-    /// The name of curve `i`: the one given, or else its number counted from 0.
+    /// The name of curve `i`, or its number counted from 0.
     pub(crate) fn name(&self, i: usize) -> Cow<'_, str> {
         match &self.names {
             Some(names) => Cow::Borrowed(&names[i]),
@@ -53,7 +50,7 @@ impl Origin {
         }
     }
 
-    /// How the times of curve `i` are written, where the parameters are times.
+    /// The format of the times of curve `i`, if the parameters are times.
     pub(crate) fn clock(&self, i: usize) -> Option<Clock> {
         self.clocks.as_ref().map(|clocks| clocks[i]).or(self.clock)
     }

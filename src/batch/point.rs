@@ -1,4 +1,4 @@
-//! [`Point`]: what a batch can be made of.
+//! [`Point`]: types of points.
 
 /// A point of two or three coordinates: `[f64; 2]`, `[f64; 3]`, [`glam::DVec2`], [`glam::DVec3`].
 pub trait Point: Copy {

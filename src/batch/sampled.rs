@@ -5,14 +5,13 @@ use std::sync::Arc;
 
 use super::{CurveBatch, Unfitted};
 use crate::batch::Origin;
-use crate::constraint::Constraints;
 use crate::ragged;
 
 impl CurveBatch {
-    /// [`sampled`](Self::sampled) from coordinates and parameters curve by curve.
+    /// [`sampled`](Self::sampled) from the coordinates and parameters of each curve.
     ///
-    /// `closing` is the parameter length from the last sample of a closed curve, at this parameter,
-    /// to its first.
+    /// `closing` is the parameter length from the last sample of a closed curve, at the given
+    /// parameter, to its first.
     pub(crate) fn from_samples(
         dimension: usize,
         samples: Vec<(Vec<f64>, Vec<f64>)>,
@@ -36,14 +35,24 @@ impl CurveBatch {
         Self::sampled(dimension, coords, offsets, closed, t, spans, problems, origin)
     }
 
-    /// Takes over the problems of another batch of the same curves.
+    /// [`from_samples`](Self::from_samples) with the closedness, problems and provenance of
+    /// `batch`.
+    pub(crate) fn samples_of(
+        batch: &CurveBatch,
+        dimension: usize,
+        samples: Vec<(Vec<f64>, Vec<f64>)>,
+        closing: impl Fn(usize, f64) -> f64,
+    ) -> Self {
+        let (problems, origin) = (batch.problems.clone(), batch.origin.clone());
+        Self::from_samples(dimension, samples, closing, batch.closed.clone(), problems, origin)
+    }
+
+    /// Takes over the problems of a batch of the same curves.
     pub(crate) fn with_problems_of(self, other: &CurveBatch) -> Self {
         CurveBatch { problems: other.problems.clone(), ..self }
     }
 
-    /// The samples of fitted curves, which need no check.
-    ///
-    /// `problems` are those of curves that were not fitted.
+    /// Samples of fitted curves, without checks. `problems` belong to curves that were not fitted.
     #[allow(clippy::too_many_arguments)]
     pub(crate) fn sampled(
         dimension: usize,
@@ -55,18 +64,7 @@ impl CurveBatch {
         problems: BTreeMap<usize, Unfitted>,
         origin: Arc<Origin>,
     ) -> Self {
-        CurveBatch {
-            dimension,
-            coords: Arc::new(coords),
-            offsets,
-            closed,
-            parameters: Some(Arc::new(parameters)),
-            closing_spans,
-            weights: None,
-            constraints: Constraints::default(),
-            columns: Vec::new(),
-            problems,
-            origin,
-        }
+        let parameters = Some(Arc::new(parameters));
+        CurveBatch { parameters, closing_spans, problems, ..Self::bare(dimension, coords, offsets, closed, origin) }
     }
 }

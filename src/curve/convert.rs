@@ -1,27 +1,20 @@
-//! Curves as chains of cubic Béziers, in few pieces.
+//! Conversion of curves to chains of few cubic Béziers, tangent to the curve at every joint.
 //!
-//! The chain is within a tolerance of the curve, and tangent to it at every joint.
+//! A piece has the curve's points and tangents at both ends. Its two handle lengths are free:
 //!
-//! A piece leads from one place of a curve to another. It has the curve's points and tangents at
-//! both. The lengths of its two handles are free. A piece is found in these steps:
+//! - First the handles of the Hermite cubic are tried, which is exact for cubics.
+//! - Then the handles of least squared distance across the curve, by the Gauss–Newton method. The
+//!   error of a planar piece of length h is then O(h⁶) instead of O(h⁴) (de Boor, Höllig and Sabin,
+//!   "High accuracy geometric Hermite interpolation", CAGD 4, 1987).
+//! - Otherwise the piece is halved.
+//! - If a span takes three pieces or more, the longest possible pieces are tried instead.
 //!
-//! - At first the handles are those of Hermite's cubic, a third of the derivatives. This is exact
-//!   where the curve is a cubic.
-//! - If that strays too far, the handles are those of least squared distance. Gauss' and Newton's
-//!   method find them, with the distances taken across the curve. A planar piece of length h then
-//!   strays by O(h⁶) in place of O(h⁴) (de Boor, Höllig and Sabin, "High accuracy geometric Hermite
-//!   interpolation", CAGD 4, 1987).
-//! - If that strays too, the piece is halved.
-//! - If a span came to three pieces or more, pieces as long as possible are tried instead.
+//! Distances are geometric: sites of the curve are matched with nearest points of the piece, in
+//! order, which bounds the distance in both directions. Between matched points the gap is taken to
+//! be a Hermite cubic. If the midpoint disagrees, the gap is bisected, since curvatures may jump.
 //!
-//! Distances are geometric. Places of the curve are matched with places of the piece, in order,
-//! nearest to nearest. So no point of either is farther from the other than matched points are.
-//! Between matched points the gap is taken to be Hermite's cubic. If halfway it is not, the gap is
-//! measured more closely: curves have kinks in their curvature, fair curves one a vertex.
-//!
-//! kurbo's `fit_to_bezpath` fits area and moment of planar curves. It leaves out handles where that
-//! suits it, and measures from the curve at 20 places. So neither tangents nor tolerance are
-//! certain.
+//! kurbo's `fit_to_bezpath` fits area and moment of planar curves, may drop handles, and measures
+//! at 20 points. It guarantees neither tangents nor the tolerance.
 
 use glam::DVec3;
 
@@ -31,70 +24,63 @@ use crate::linalg::power_of_two;
 /// A cubic Bézier's control points.
 type Piece = [DVec3; 4];
 
-/// 2¹² pieces a span are more than any tolerance above rounding asks for.
+/// 2¹² pieces per span suffice for any tolerance above rounding.
 const MAX_HALVINGS: u32 = 12;
 
-/// Places between a piece's ends to which it is fitted.
-///
-/// Distances and their slopes are measured there. A fitted piece crosses the curve twice.
+/// Inner points to which a piece is fitted, and at which its distance is measured.
 const PLACES: usize = 7;
 
-/// Steps from one place to the next at which distances are measured.
+/// Steps between neighbouring points at which distances are measured.
 const STEPS: u32 = 4;
 
-/// The most times that the distance of two places is halved to measure in between.
+/// The most bisections between neighbouring points to measure the distance.
 const LOOKS: u32 = 6;
 
-/// The least tolerance of Béziers, as a part of a curve's largest coordinate.
+/// The least tolerance of Béziers, relative to a curve's largest coordinate. Smaller tolerances are
+/// raised to it.
 ///
-/// It is some thousand times the rounding of coordinates. The rounding of curves is some hundred
-/// times that of coordinates. A smaller tolerance is raised to this one.
+/// It is about 5,000 times the rounding of coordinates. The rounding of curves is about 100 times
+/// larger than the rounding of coordinates.
 pub const LEAST_TOLERANCE: f64 = 1e-12;
 
-/// Squares of coordinates beyond this, or below its inverse, may overflow or vanish.
-///
-/// Such curves are converted in units of their own.
+/// Curves with coordinates beyond this or below its inverse are scaled, since squares may overflow
+/// or underflow.
 const MOST_SIZE: f64 = 1e100;
 
-/// Distances below this many units of rounding of the control points count as 0.
+/// Distances below this, relative to the control points, count as 0.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 
-/// Steps of Gauss' and Newton's method. Handles are good after three or four.
+/// Gauss–Newton steps. Three or four are usual.
 const FIT_STEPS: usize = 8;
 
-/// Handles have converged when a step changes them by less than this part.
-///
-/// Distances then change by far less than their size.
+/// Handles have converged if a step changes them by less than this fraction.
 const FIT_PRECISION: f64 = 1e-3;
 
-/// The most that one step may change a handle, as a part of its length.
-///
-/// Beyond that it extrapolates.
+/// The largest change of a handle in a step, relative to its length.
 const MOST_CHANGE: f64 = 0.5;
 
-/// The longest possible pieces are found to this part of their length.
+/// The precision of the longest possible pieces, relative to their length.
 const REACH_PRECISION: f64 = 1.0 / 64.0;
 
 /// A curve's Béziers, in order.
 ///
-/// Each starts at the point, bit for bit, at which the one before it ends.
+/// Consecutive pieces share their end point, bit for bit.
 pub(crate) fn beziers(curve: &dyn AnyCurve, tolerance: f64) -> Vec<Piece> {
     let largest = (0..curve.spans()).map(|span| curve.jet(span, 0.0).point.abs().max_element()).fold(0.0, f64::max);
     beziers_of_size(curve, largest, tolerance)
 }
 
-/// The Béziers of a curve whose coordinates are up to about this size, also inside its spans.
+/// The Béziers of a curve whose coordinates, also inside spans, are at most about `size`.
 pub(crate) fn beziers_of_size(curve: &dyn AnyCurve, size: f64, tolerance: f64) -> Vec<Piece> {
     let spans = curve.spans();
     let mut pieces = Vec::with_capacity(spans);
     let is_usual = size == 0.0 || (MOST_SIZE.recip()..MOST_SIZE).contains(&size);
-    // A curve that was not fitted keeps its points, bit for bit.
+    // An unfitted curve keeps its points, bit for bit.
     let unit = if is_usual || !curve.is_fitted() { 1.0 } else { power_of_two(&[size]) };
     let tolerance = tolerance.max(LEAST_TOLERANCE * size) / unit;
     for span in 0..spans {
         let length = curve.pace(span);
-        // The next span's first point, since some curves compute the last one of a span with a
-        // rounding.
+        // The next span's first point, since the last point of a span may be rounded differently.
         let end = match span + 1 {
             next if next < spans => curve.jet(next, 0.0).point,
             _ if curve.is_closed() => curve.jet(0, 0.0).point,
@@ -107,7 +93,9 @@ pub(crate) fn beziers_of_size(curve: &dyn AnyCurve, size: f64, tolerance: f64) -
             span.convert(&mut pieces);
         }
     }
-    pieces.iter_mut().flatten().for_each(|point| *point *= unit);
+    for point in pieces.iter_mut().flatten() {
+        *point *= unit;
+    }
     pieces
 }
 
@@ -115,9 +103,9 @@ pub(crate) fn beziers_of_size(curve: &dyn AnyCurve, size: f64, tolerance: f64) -
 struct Span<'a> {
     curve: &'a dyn AnyCurve,
     span: usize,
-    /// The length of the parameter, or what stands for it: [`Curve::pace`](super::Curve::pace).
+    /// The parameter length: [`Curve::pace`](super::Curve::pace).
     length: f64,
-    /// The last point, in `unit`s, as all distances and tolerances are.
+    /// The last point. Like all distances and tolerances it is in `unit`s.
     end: DVec3,
     unit: f64,
     tolerance: f64,
@@ -138,7 +126,7 @@ impl Span<'_> {
         }
     }
 
-    /// Halves until one piece is enough. Returns whether that was reached everywhere.
+    /// Halves until one piece is enough. Returns whether the tolerance was reached everywhere.
     fn halve(&self, (from, to): (f64, f64), halvings: u32, pieces: &mut Vec<Piece>) -> bool {
         let stretch = self.stretch(from, to);
         match self.piece(&stretch) {
@@ -160,7 +148,7 @@ impl Span<'_> {
         }
     }
 
-    /// The longest possible pieces, one after the other. `None` if `most` are not enough.
+    /// The longest possible pieces. `None` if `most` are not enough.
     fn reach(&self, most: usize) -> Option<Vec<Piece>> {
         let mut pieces = Vec::with_capacity(most);
         let (mut from, mut step) = (0.0, 1.0 / most as f64);
@@ -171,7 +159,7 @@ impl Span<'_> {
             let (mut low, mut high, mut found) = (from, None, None);
             while low < 1.0 {
                 let to: f64 = high.map_or(low + step, |high| 0.5 * (low + high));
-                // A very small rest is taken along, unless that is known to be too much.
+                // A very small rest is included, unless that is known to fail.
                 let to = if high.is_none() && to > 1.0 - REACH_PRECISION * step { 1.0 } else { to };
                 match self.piece(&self.stretch(from, to)) {
                     Some(piece) => (low, found, step) = (to, Some(piece), 0.5 * (to - from)),
@@ -225,7 +213,7 @@ impl Span<'_> {
         Site { point: jet.point / self.unit, first: jet.first / self.unit * (width * self.length) }
     }
 
-    /// Whether a piece keeps within a tolerance of the stretch.
+    /// Whether a piece is within a tolerance of the stretch.
     fn keeps(
         &self,
         stretch: &Stretch,
@@ -246,9 +234,8 @@ impl Span<'_> {
             && gaps.windows(2).all(|pair| self.keeps_between(stretch, piece, [&pair[0], &pair[1]], tolerance, LOOKS))
     }
 
-    /// Whether a piece keeps within a tolerance between two places.
-    ///
-    /// If the gap halfway is not as expected, it is measured more closely.
+    /// Whether a piece is within a tolerance between two gaps. Bisects if the gap halfway is not as
+    /// expected.
     fn keeps_between(&self, stretch: &Stretch, piece: &Piece, [a, b]: [&Gap; 2], tolerance: f64, looks: u32) -> bool {
         let u = 0.5 * (a.u + b.u);
         let site = self.site(stretch, u);
@@ -259,11 +246,10 @@ impl Span<'_> {
         let turn = width * middle.slope - derivative(&gap, part);
         let surprise = (middle.off - point(&gap, part)).length() + turn.length() / 8.0;
         let largest = largest(a, &middle).max(largest(&middle, b));
-        // A curve that runs on and comes back along its tangent shows no gap across. There matched
-        // places are measured closely.
+        // A curve that reverses along its tangent shows no gap across it, so it is bisected.
         let forward = a.forward && middle.forward && b.forward;
-        // Where the curvature jumps, anywhere between a and b, halving leaves less than half of the
-        // error (0.47 times). Elsewhere it leaves a sixteenth.
+        // If the curvature jumps between a and b, bisection leaves 0.47 of the error. Otherwise it
+        // leaves 1/16.
         let enough = if looks == LOOKS { 0.5 * tolerance } else { tolerance };
         (forward && largest + 0.5 * surprise <= enough)
             || largest <= tolerance
@@ -273,23 +259,21 @@ impl Span<'_> {
     }
 }
 
-/// A place of a curve.
+/// A point of a curve.
 struct Site {
     point: DVec3,
     /// The derivative with respect to the fraction of the stretch.
     first: DVec3,
 }
 
-/// The gap between a curve and a piece at matched places.
+/// The gap between a curve and a piece at matched points.
 struct Gap {
     /// The fraction of the curve's stretch.
     u: f64,
     /// The fraction of the piece.
     v: f64,
     off: DVec3,
-    /// The derivative of `off` by v.
-    ///
-    /// The derivative by u would jump where the curve's parameter changes its speed.
+    /// The derivative of `off` by v. The derivative by u would jump where the curve's speed does.
     slope: DVec3,
     /// Whether the curve runs in the direction of the piece.
     forward: bool,
@@ -298,7 +282,7 @@ struct Gap {
 impl Gap {
     fn of(piece: &Piece, site: &Site, u: f64, v: f64) -> Self {
         let tangent = derivative(piece, v).normalize_or_zero();
-        // The matched place moves along with the curve. What is left goes across.
+        // The matched point moves along with the curve. The rest is across.
         let along = site.first.dot(tangent);
         let across = site.first - tangent * along;
         let slope = if along > 0.0 { across * (derivative(piece, v).length() / along) } else { across };
@@ -306,13 +290,13 @@ impl Gap {
     }
 }
 
-/// The gap from one place to the next: Hermite's cubic, as a Bézier.
+/// The gap between two gaps, as a Hermite cubic.
 fn between(a: &Gap, b: &Gap) -> Piece {
     let third = (b.v - a.v) / 3.0;
     [a.off, a.off + a.slope * third, b.off - b.slope * third, b.off]
 }
 
-/// The largest gap from one place to the next, with their ends.
+/// The largest gap between two gaps, inclusive.
 fn largest(a: &Gap, b: &Gap) -> f64 {
     let gap = between(a, b);
     let inside = (1..STEPS).map(|j| point(&gap, f64::from(j) / f64::from(STEPS)).length());
@@ -335,12 +319,11 @@ impl Stretch {
         [a, a + first * self.third, b - last * self.third, b]
     }
 
-    /// Two pairs of handles to start from, or `None` if a derivative vanishes and there is no
-    /// tangent.
+    /// Two pairs of initial handles, or `None` if a derivative vanishes.
     ///
-    /// The first are those of a circle's arc with the same turn, whatever the curve's parameter.
-    /// The second are Hermite's. On an arc one handle may grow and the other shrink with little
-    /// change. So a search from uneven handles of Hermite's often goes astray.
+    /// The first are the handles of a circular arc with the same turn, the second Hermite's. On an
+    /// arc one handle may grow as the other shrinks with little change of the distance, so
+    /// Hermite's handles, which may be uneven, often fail.
     fn handles(&self) -> Option<[[f64; 2]; 2]> {
         let [(a, first), (b, last)] = self.ends;
         let (start, end) = (first.try_normalize()?, last.try_normalize()?);
@@ -350,9 +333,8 @@ impl Stretch {
         Some([[arc; 2], [first.length() * self.third, last.length() * self.third]])
     }
 
-    /// The piece with handles of least squared distances from these sites of the curve.
-    ///
-    /// Comes with the places matched with the sites.
+    /// The piece with handles of least squared distances from sites of the curve, and the matched
+    /// points.
     fn fitted(
         &self,
         sites: &[Site; PLACES],
@@ -398,12 +380,12 @@ impl Stretch {
     }
 }
 
-/// The fraction of place k.
+/// The fraction of inner point k.
 fn fraction(k: usize) -> f64 {
     (k + 1) as f64 / (PLACES + 1) as f64
 }
 
-/// Places of a piece nearest to sites of the curve, in order, searched from `near`.
+/// Points of a piece nearest to sites of the curve, in order, searched from `near`.
 fn matched(piece: &Piece, sites: &[Site; PLACES], near: &[f64; PLACES]) -> [f64; PLACES] {
     let mut low = 0.0;
     std::array::from_fn(|k| {
@@ -412,15 +394,13 @@ fn matched(piece: &Piece, sites: &[Site; PLACES], near: &[f64; PLACES]) -> [f64;
     })
 }
 
-/// The place of a piece nearest to a point, not below `low`.
-///
-/// It is found by two steps of Newton's method from `v`.
+/// The fraction of a piece nearest to a point, not below `low`, by two Newton steps from `v`.
 fn nearest(piece: &Piece, p: DVec3, mut v: f64, low: f64) -> f64 {
     for _ in 0..2 {
         let (off, first) = (point(piece, v) - p, derivative(piece, v));
         let square = first.length_squared();
         let slope = square + off.dot(second_derivative(piece, v));
-        // Far from the piece the slope may be that of a place of largest distance.
+        // Far from the piece, `v` may be near a point of largest distance.
         let slope = if slope > 0.5 * square { slope } else { square };
         if slope > 0.0 {
             v = (v - off.dot(first) / slope).clamp(low, 1.0);
@@ -429,7 +409,7 @@ fn nearest(piece: &Piece, p: DVec3, mut v: f64, low: f64) -> f64 {
     v.max(low)
 }
 
-/// Bernstein's polynomials.
+/// The Bernstein polynomials.
 fn weights(v: f64) -> [f64; 4] {
     let w = 1.0 - v;
     [w * w * w, 3.0 * w * w * v, 3.0 * w * v * v, v * v * v]

@@ -21,20 +21,17 @@ pub(super) fn sites(curve: &dyn AnyCurve, count: usize) -> Vec<(usize, f64)> {
     let steps = if curve.is_closed() { count } else { count.saturating_sub(1) };
     let targets = targets(&lengths, steps, curve.is_closed());
     if targets.is_empty() {
-        // A curve that is a point has it as often as asked for.
+        // A curve that is a point is repeated.
         return vec![(0, 0.0); count];
     }
     targets.into_iter().map(|(span, target)| (span, curve.fraction_at(span, lengths[span], target))).collect()
 }
 
-/// The error that a length may have, as a part of it.
-///
-/// A spacing that divides a length evenly up to this error does.
+/// The relative error within which a spacing divides a length evenly.
 const EVEN: f64 = 1e-9;
 
-/// For every sample its span and the length to cover inside it, from the lengths of all spans.
-///
-/// There are at least `least` samples.
+/// The span and the length inside it of every sample, from the lengths of all spans. At least
+/// `least` samples.
 fn even_targets(lengths: &[f64], spacing: f64, closed: bool, least: usize) -> Vec<(usize, f64)> {
     let total: f64 = lengths.iter().sum();
     if total == 0.0 {
@@ -45,7 +42,7 @@ fn even_targets(lengths: &[f64], spacing: f64, closed: bool, least: usize) -> Ve
     targets(lengths, steps as usize, closed)
 }
 
-/// For every end of equal steps its span and the length to cover inside it.
+/// The span and the length inside it at the ends of equal steps.
 fn targets(lengths: &[f64], steps: usize, closed: bool) -> Vec<(usize, f64)> {
     let Some(last) = lengths.iter().rposition(|&length| length > 0.0) else { return vec![] };
     let step = lengths.iter().sum::<f64>() / steps as f64;

@@ -15,11 +15,10 @@ macro_rules! any_curve {
     ($(fn $name:ident($($argument:ident: $type:ty),*) -> $result:ty;)*) => {
         /// A curve of any type.
         ///
-        /// The code that measures, samples and converts curves takes `&dyn AnyCurve`, so it is
-        /// compiled once and not for every type. Methods of [`Curve`] pass it `&self`: `Self` may
-        /// be unsized, so they have no `&dyn Curve`.
+        /// Code that measures, samples and converts curves takes `&dyn AnyCurve` and is compiled
+        /// once. Methods of [`Curve`] pass `&self`, since `Self` may be unsized.
         pub(crate) trait AnyCurve: Sync {
-            /// This curve, its type forgotten.
+            /// This curve as a trait object.
             fn any(&self) -> &dyn AnyCurve;
             $(fn $name(&self, $($argument: $type),*) -> $result;)*
         }
@@ -55,13 +54,13 @@ any_curve! {
     fn least(sampling: Sampling) -> usize;
 }
 
-/// Spans that one thread measures at once.
+/// Spans per task.
 const RUN: usize = 4096;
 
 /// Methods of [`Curve`] that measure a type of curves with its motions inlined.
 ///
-/// Types that are measured by the thousand have them. Other types are measured as `dyn AnyCurve`,
-/// which computes a motion in one function and reads it back in another.
+/// They are for types that are measured by the thousand. Other types are measured as `dyn
+/// AnyCurve`.
 macro_rules! inlined_measures {
     () => {
         fn length(&self) -> f64 {
@@ -162,7 +161,7 @@ fn curvature_by_jets(curve: &dyn AnyCurve, [span, piece, pieces]: [usize; 3]) ->
     })
 }
 
-/// A curve whose lengths are measured by its speed, though it has motions: those of a curve nearby.
+/// A curve whose lengths are measured by its speed, without its motions.
 pub(crate) struct BySpeed<'a>(pub &'a dyn Curve);
 
 impl Curve for BySpeed<'_> {
@@ -195,19 +194,19 @@ impl Curve for BySpeed<'_> {
     }
 }
 
-/// What is measured of a curve, run by run.
+/// A measurement of a curve.
 #[derive(Clone, Copy)]
 enum Measure {
     Length,
     /// The largest |κ| at both ends and in the middle of every piece.
     CurvatureSeen,
-    /// The largest |κ|, if it is above a known one.
+    /// The largest |κ|, if it exceeds a known one.
     Curvature {
         known: f64,
     },
 }
 
-/// Measures every run of spans on all threads. Results are in the order of the curve.
+/// Measures the runs of spans on all threads, in order.
 fn runs<C: AnyCurve + ?Sized>(curve: &C, measure: Measure) -> Vec<f64> {
     in_runs(curve.spans(), &|spans| {
         linalg::with_wide_registers(Run { curve, measure, spans })

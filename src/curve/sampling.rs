@@ -8,55 +8,49 @@ use crate::memory::{self, number};
 
 /// Where a curve is sampled.
 ///
-/// A closed curve has at least three samples, whatever is asked, so that they have an area. If no
-/// more than two of its spans lie between different points, it has enough samples that three of
-/// them differ. Such spans may go there and back. A curve that is a point has no area.
+/// A closed curve has at least three distinct samples, so that they have an area, unless it is a
+/// point.
 ///
-/// A curve that was not fitted has its data points, whatever is asked, but for a number of [`Points`](Self::Points): then a
-/// single point is repeated, and a polyline with coordinates that are not finite has NaN.
+/// An unfitted curve has its data points as samples, except for [`Points`](Self::Points): then its
+/// polyline is sampled, a single point is repeated, and coordinates that are not finite give NaN.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Sampling {
-    /// Every span between data points becomes this many segments of equal parameter length.
+    /// N segments of equal parameter length per span between data points.
     ///
-    /// The data points are among the samples: K points give N(K−1)+1 samples, a closed curve N·K.
-    /// Spans are divided further if a closed curve would have too few.
+    /// K points give N(K−1)+1 samples, a closed curve N·K.
     PerSpan(usize),
-    /// This many samples a curve, at equal steps of the parameter from its first to its last value.
-    ///
-    /// Samples of a closed curve end before they reach the first point again.
+    /// This many samples per curve, at equal steps of the parameter. A closed curve does not repeat
+    /// its first sample.
     Count(usize),
-    /// This many samples a curve, at equal arc lengths from its first to its last point.
-    ///
-    /// Samples of a closed curve end before they reach the first point again.
+    /// This many samples per curve, at equal arc lengths. A closed curve does not repeat its first
+    /// sample.
     Points(usize),
     /// Samples at equal arc length.
     ///
-    /// The spacing is the largest one not above this (in the units of the input) that divides the
-    /// length evenly. No curve gets more than [`MOST_SAMPLES`](Sampling::MOST_SAMPLES). See
+    /// The spacing is the largest up to this (in the units of the input) that divides the length
+    /// evenly. Curves get at most [`MOST_SAMPLES`](Sampling::MOST_SAMPLES). See
     /// [`check`](Sampling::check).
     Spacing(f64),
 }
 
 impl Sampling {
-    /// The most samples that a spacing may ask for, of all curves together.
+    /// The most samples by a spacing, of all curves together.
     ///
-    /// With their parameters they take 640 MB as numbers in 3-D, twice that while they are put
-    /// together, and about as much as text.
+    /// In 3-D they take 640 MB with their parameters, and twice that while they are assembled.
     pub const MOST_SAMPLES: usize = 20_000_000;
 
-    /// Checks, before anything is fitted, that so many samples can be had. Fits that sample do so.
+    /// Checks the number of samples before a fit. Fits that sample do so.
     ///
     /// # Errors
     /// - A spacing that is not positive and finite.
-    /// - A spacing for which the chords of all curves together are longer than
-    ///   [`MOST_SAMPLES`](Self::MOST_SAMPLES) spacings.
-    /// - Samples that take more than the free memory, as far as the system tells it.
+    /// - Chords longer than [`MOST_SAMPLES`](Self::MOST_SAMPLES) spacings, over all curves.
+    /// - Samples that take more than the free memory, if the system reports it.
     pub fn check(self, batch: &CurveBatch) -> Result<()> {
         self.check_with(batch, 0)
     }
 
-    /// [`check`](Self::check) of samples with so many columns.
+    /// [`check`](Self::check) of samples with `columns` columns.
     pub(crate) fn check_with(self, batch: &CurveBatch, columns: usize) -> Result<()> {
         let bytes = sample_bytes(batch, columns);
         match self {
@@ -69,19 +63,20 @@ impl Sampling {
     }
 }
 
-/// The memory for a sample with so many columns: coordinates, a parameter and the columns, twice while they are put together.
+/// Bytes per sample: coordinates, the parameter and columns, twice while samples are assembled.
 pub(crate) fn sample_bytes(batch: &CurveBatch, columns: usize) -> usize {
     2 * 8 * (batch.dimension() + 1 + columns)
 }
 
-/// Number of spans of all curves that may be fitted.
+/// Number of spans of all curves without a problem.
 pub(crate) fn spans(batch: &CurveBatch) -> f64 {
     (0..batch.len()).filter(|&i| batch.problem(i).is_none()).map(|i| batch.spans(i) as f64).sum()
 }
 
-/// Refuses a spacing that makes more of something than there may be, or than fit into memory, with so many bytes each.
+/// Refuses a spacing that makes more than `most` items, or more than fit into memory, with `bytes`
+/// bytes each.
 ///
-/// Curves are at least as long as the chords between their points.
+/// Lengths are estimated from below by chords.
 pub(crate) fn check_spacing(batch: &CurveBatch, spacing: f64, what: &str, most: usize, bytes: usize) -> Result<()> {
     if !(spacing > 0.0 && spacing.is_finite()) {
         return Err(Error::argument(format!(
@@ -106,8 +101,8 @@ pub(crate) fn check_spacing(batch: &CurveBatch, spacing: f64, what: &str, most: 
     )))
 }
 
-/// If so many items are more than there may be, or than fit into memory with so many bytes each: how many are possible, and what
-/// is said of them.
+/// If `count` items exceed `most` or the free memory: the possible number, and the end of the
+/// sentence about it.
 pub(crate) fn excess(count: f64, bytes: usize, most: usize) -> Option<(f64, String)> {
     let (most, bytes) = (most as f64, bytes as f64);
     let fit = if count * bytes > memory::SMALL_BYTES { memory::most(bytes as usize) } else { f64::INFINITY };
@@ -118,11 +113,11 @@ pub(crate) fn excess(count: f64, bytes: usize, most: usize) -> Option<(f64, Stri
         true => format!("{} are free", memory::mib(fit * bytes)),
         false => format!("{} of all are possible", number(most)),
     };
-    // Less than is free now, since other programs take some of it meanwhile.
+    // Less than the free memory, since other programs need some.
     Some((most.min(0.9 * fit), format!("take {} of memory, and {limit}", memory::mib(count * bytes))))
 }
 
-/// A number of two digits that is larger by a tenth at most, for a sentence.
+/// Rounded up to two digits, for a sentence.
 pub(crate) fn rounded_up(x: f64) -> String {
     let unit = 10f64.powi(x.log10().floor() as i32 - 1);
     let digits = (x / unit).ceil();
@@ -131,22 +126,22 @@ pub(crate) fn rounded_up(x: f64) -> String {
 
 /// See [`Curve::least`](super::Curve::least).
 pub(super) fn least(curve: &dyn AnyCurve, sampling: Sampling) -> usize {
-    // With four or more samples a span there is nothing to check.
+    // Four or more samples per span suffice.
     if !curve.is_closed() || matches!(sampling, Sampling::PerSpan(4..)) {
         return 0;
     }
     let ends_differ = |span: &usize| curve.jet(*span, 0.0).point != curve.jet(*span, 1.0).point;
     let long = (0..curve.spans()).filter(ends_differ).take(4).count();
     let all: usize = match long {
-        // Points have no area, whatever their number.
+        // A point has no area.
         0 => return 0,
         1 | 2 => 4,
         _ => 3,
     };
     match sampling {
         Sampling::PerSpan(_) => all.div_ceil(long),
-        // Spans between equal points may have parameters of their own. Then the middles of the
-        // other spans are needed.
+        // Spans between equal points may take up parameters, so samples within the other spans are
+        // needed.
         Sampling::Count(_) if all > 3 => 2 * curve.spans(),
         _ => all,
     }

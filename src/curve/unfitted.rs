@@ -8,7 +8,7 @@ use super::{Curve, Jet, Sampling, vector};
 use crate::batch::CurveBatch;
 use crate::motion::Motion;
 
-/// The input polyline of a curve that could not be fitted, on its own parameters or else 0, 1, 2 ….
+/// The input polyline of a curve that could not be fitted, on its parameters or 0, 1, 2 ….
 pub(crate) struct Polygon<'a> {
     /// Flat coordinates.
     pub coords: &'a [f64],
@@ -28,7 +28,7 @@ impl<'a> Polygon<'a> {
         Polygon { coords, dimension, closed, knots: (0..ends).map(|k| k as f64).collect() }
     }
 
-    /// A vertex; of a curve without any it is no number.
+    /// A vertex, NaN if there are none.
     fn vertex(&self, k: usize) -> DVec3 {
         let count = self.coords.len() / self.dimension;
         if count == 0 {
@@ -52,13 +52,13 @@ impl Curve for Polygon<'_> {
     }
 
     fn jet(&self, span: usize, u: f64) -> Jet {
-        // The last vertex is a site, from which no span leads on.
+        // No span starts at the last vertex.
         if span + 1 >= self.knots.len() {
             let point = if u.is_nan() { DVec3::NAN } else { self.vertex(span) };
             return Jet { point, ..Jet::default() };
         }
         let (a, b) = (self.vertex(span), self.vertex(span + 1));
-        // An end is returned as it is, even if the other end is no number.
+        // Ends keep their bits, even if the other end is NaN.
         let point = match u {
             0.0 => a,
             1.0 => b,
@@ -67,9 +67,7 @@ impl Curve for Polygon<'_> {
         Jet { point, first: (b - a) / self.pace(span), ..Jet::default() }
     }
 
-    /// The parameter length of a span, or 1 where parameters do not increase.
-    ///
-    /// Parameters of a curve that could not be fitted may be anything.
+    /// The parameter length of a span, or 1 if the parameters are invalid.
     fn pace(&self, span: usize) -> f64 {
         let length = self.knots[span + 1] - self.knots[span];
         if length > 0.0 && length.is_finite() { length } else { 1.0 }
@@ -79,7 +77,7 @@ impl Curve for Polygon<'_> {
         Some(Motion::of_cubic(self.vertex(span + 1) - self.vertex(span), DVec3::ZERO, DVec3::ZERO))
     }
 
-    /// 0, since no side is curved. The turns from side to side do not count.
+    /// 0: turns between edges do not count.
     fn max_curvature(&self) -> f64 {
         0.0
     }
@@ -88,10 +86,8 @@ impl Curve for Polygon<'_> {
         false
     }
 
-    /// The vertices, also of a single point, which has no span.
-    ///
-    /// A number of points at equal lengths is kept: a single point is repeated, and a polyline without a length that is finite
-    /// has NaN.
+    /// The vertices, or a number of points at equal lengths: a single point is repeated, and a
+    /// polyline without a finite length gives NaN.
     fn sites(&self, sampling: Sampling) -> Vec<(usize, f64)> {
         match sampling {
             Sampling::Points(n) if self.length().is_finite() && !self.coords.is_empty() => super::even::sites(&self, n),
@@ -101,17 +97,14 @@ impl Curve for Polygon<'_> {
     }
 }
 
-/// The input of a curve: its points and its parameters, bit for bit.
-///
-/// A curve that could not be fitted comes out as its input.
+/// The input of a curve that could not be fitted, bit for bit.
 #[derive(Clone, Debug)]
 pub(crate) struct Input {
     pub coords: Vec<f64>,
-    /// The parameters given, else 0, 1, 2 ….
+    /// The given parameters, or 0, 1, 2 ….
     pub t: Vec<f64>,
-    /// The parameter length of the span that closes the curve.
-    ///
-    /// NaN if the curve is open, or if parameters are given without one.
+    /// The parameter length of the closing span. NaN if the curve is open, or if parameters are
+    /// given without it.
     pub closing: f64,
 }
 
@@ -125,7 +118,7 @@ impl Input {
         Input { coords: batch.points(i).to_vec(), t, closing }
     }
 
-    /// Coordinates and parameters of samples: the input, unless a number of points at equal lengths is asked for.
+    /// Coordinates and parameters of samples: the input, unless `sampling` is [`Sampling::Points`].
     pub fn sample(&self, dimension: usize, closed: bool, sampling: Sampling) -> (Vec<f64>, Vec<f64>) {
         if !matches!(sampling, Sampling::Points(_)) {
             return (self.coords.clone(), self.t.clone());
@@ -141,7 +134,8 @@ impl Input {
         (sites.iter().flat_map(point).collect(), sites.iter().map(t).collect())
     }
 
-    /// The parameter length from the last sample, at this parameter, to the first of a closed curve.
+    /// The parameter length from the last sample of a closed curve, at this parameter, to its
+    /// first.
     pub fn closing_after(&self, last: f64) -> f64 {
         match self.t.last() {
             Some(&end) if end != last => end + self.closing - last,

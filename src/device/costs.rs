@@ -1,66 +1,66 @@
-//! [`Costs`]: the seconds that a batch takes on the CPU and on an adapter, by which `auto` chooses.
+//! [`Costs`]: estimated times on the CPU and on an adapter, by which `auto` chooses.
 
 use crate::gpu::AdapterSummary;
 
-/// What a batch asks of a device.
+/// The workload of a batch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Work {
-    /// Points read and points written, together.
+    /// Number of points read and written.
     pub points: usize,
-    /// How many times as long as a point of natural splines each of them takes.
+    /// The cost of a point, relative to natural splines.
     pub cost: f64,
 }
 
 impl Work {
-    /// Work that any hardware GPU does sooner than the CPU.
+    #[doc(hidden)]
+    /// A workload for which any hardware GPU is faster than the CPU.
     pub const ENDLESS: Work = Work { points: usize::MAX, cost: 1e9 };
 
-    /// Natural splines of so many points, read and written together.
+    /// Natural splines with this number of points, read and written together.
     pub fn splines(points: usize) -> Self {
         Work { points, cost: 1.0 }
     }
 }
 
-/// Seconds that the CPU and an adapter take.
+/// Times on the CPU and on an adapter, in seconds.
 ///
-/// The CPU takes `points · cost · cpu`. The adapter takes `open + points · (transfer + cost · kernels)`.
-/// Launches are left out: tens of them, of some 50 µs, stand beside opening.
+/// The CPU takes `points · cost · cpu`. The adapter takes `open + points · (transfer + cost ·
+/// kernels)`. Launches are negligible: tens of them, of some 50 µs each.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Costs {
-    /// To open the adapter.
+    /// Opening the adapter.
     pub open: f64,
-    /// For a point of natural splines on the CPU, with all its threads.
+    /// A point of natural splines on all threads of the CPU.
     pub cpu: f64,
-    /// For a point to be packed, brought to the adapter or back, and unpacked.
+    /// Packing, transferring and unpacking a point.
     pub transfer: f64,
-    /// For a point of natural splines in the adapter's kernels.
+    /// A point of natural splines in the adapter's kernels.
     pub kernels: f64,
-    /// Whether they were measured on this machine.
+    /// Whether the times were measured on this machine.
     pub measured: bool,
 }
 
-/// A thread of the CPU fits or samples a point of natural splines in so many seconds
+/// Seconds for a thread of the CPU to fit or sample a point of natural splines
 /// (benches/RESULTS.md: 8.9 ns with two threads).
 const CPU_THREAD: f64 = 18e-9;
 
-/// A thread of the CPU packs or unpacks a point in so many seconds (benches/RESULTS.md: 9.8 ns with
-/// two threads, copies of a software driver included).
+/// Seconds for a thread of the CPU to pack or unpack a point (benches/RESULTS.md: 9.8 ns with two
+/// threads, including copies of a software driver).
 const PACKING_THREAD: f64 = 20e-9;
 
-/// The bytes of a point on its way, over those a second of a bus.
+/// Bytes of a point over the bandwidth of a bus.
 const BUS: f64 = 16.0 / 16e9;
 
-/// The bytes that a point of natural splines moves in an adapter's memory.
+/// Bytes moved in an adapter's memory per point of natural splines.
 const MOVED: f64 = 100.0;
 
-/// No driver opens sooner.
+/// The least time to open a driver.
 pub(super) const LEAST_OPEN: f64 = 0.05;
 
 impl Costs {
     /// Estimates by the adapter's kind.
     ///
-    /// A discrete GPU moves some 500 GB/s of its memory, an integrated one 100. Drivers open in some
-    /// 0.3 s. No hardware has been measured yet.
+    /// 500 GB/s for a discrete GPU, 100 GB/s for an integrated one, and 0.3 s to open a driver.
     pub fn estimated(adapter: &AdapterSummary) -> Self {
         let bandwidth = if adapter.kind == "discrete GPU" { 500e9 } else { 100e9 };
         let (open, threads) = (0.3, rayon::current_num_threads() as f64);
@@ -73,12 +73,12 @@ impl Costs {
         work.points as f64 * work.cost * self.cpu
     }
 
-    /// Seconds on the adapter, which has to be opened first.
+    /// Seconds on the adapter, including its opening.
     pub fn gpu_seconds(&self, work: &Work) -> f64 {
         self.open + work.points as f64 * (self.transfer + work.cost * self.kernels)
     }
 
-    /// Whether the adapter is the sooner.
+    /// Whether the adapter is faster.
     pub fn pays(&self, work: &Work) -> bool {
         self.gpu_seconds(work) < self.cpu_seconds(work)
     }
@@ -91,7 +91,7 @@ impl Costs {
     }
 }
 
-/// Seconds on the CPU, by estimate: what needs no adapter to be looked for.
+/// Estimated seconds on the CPU.
 pub(super) fn on_the_cpu(work: &Work) -> f64 {
     work.points as f64 * work.cost * CPU_THREAD / rayon::current_num_threads() as f64
 }

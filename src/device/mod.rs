@@ -13,19 +13,20 @@ use crate::error::{Error, Result};
 use crate::gpu::{self, AdapterSummary, Gpu};
 use crate::precision::Precision;
 
-/// The device to use, as asked for on the command line: `auto`, `cpu`, `gpu` or `gpu:N`.
+/// The choice of a device, on the command line `auto`, `cpu`, `gpu` or `gpu:N`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Choice {
-    /// A hardware GPU if there is one and the batch is large enough to gain, else the CPU.
+    /// A hardware GPU if there is one and it is faster for the batch, else the CPU.
     #[default]
     Auto,
     /// The CPU.
     Cpu,
-    /// The adapter of this number. Hardware adapters come before software ones.
+    /// The adapter of this index. Hardware adapters come before software ones.
     Gpu(usize),
 }
 
+#[doc(hidden)]
 impl FromStr for Choice {
     type Err = String;
 
@@ -42,7 +43,7 @@ impl FromStr for Choice {
     }
 }
 
-/// What did the work of a fit. Displayed as `CPU, 2 threads, f64`.
+/// The device of a fit. Displayed as `CPU, 2 threads, f64`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct DeviceReport {
@@ -54,8 +55,8 @@ pub struct DeviceReport {
     pub driver: String,
     /// The precision of the arithmetic: f32 or f64.
     pub precision: Precision,
-    /// Number of a GPU's curves that the CPU finished in f64, because the kernel did not: mostly since f32
-    /// lacked the digits for them.
+    /// Number of a GPU's curves that the CPU finished in f64, mostly because f32 was not precise
+    /// enough.
     pub finished_on_cpu: usize,
 }
 
@@ -73,7 +74,7 @@ impl fmt::Display for DeviceReport {
     }
 }
 
-/// The device that does the work, and its precision.
+/// The device of a fit, and its precision.
 #[derive(Clone, Debug)]
 pub struct Device {
     gpu: Option<Arc<Gpu>>,
@@ -83,7 +84,7 @@ pub struct Device {
     stop: Option<Arc<AtomicBool>>,
 }
 
-/// What a fit unwinds with that is [stopped](Device::stopped_by).
+/// The payload with which a [stopped](Device::stopped_by) fit unwinds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stopped;
 
@@ -93,7 +94,7 @@ impl Device {
         Device { gpu: None, precision: Precision::Auto, reason: "as asked".into(), finished: None, stop: None }
     }
 
-    /// The adapter of this number. [`gpu::adapters`] lists them.
+    /// The adapter of this index in [`gpu::adapters`].
     ///
     /// # Errors
     /// [`Error::NoGpu`].
@@ -114,9 +115,7 @@ impl Device {
         Self::choose(Choice::Auto, &Work::ENDLESS)
     }
 
-    /// The device asked for.
-    ///
-    /// `Auto` takes a hardware GPU where it is sooner than the CPU by [`Costs::estimated`].
+    /// Chooses a device. `Auto` takes a hardware GPU if it is estimated to be faster than the CPU.
     ///
     /// # Errors
     /// [`Error::NoGpu`] if a GPU was asked for and does not open.
@@ -124,7 +123,8 @@ impl Device {
         Self::choose_by(choice, work, &Costs::estimated)
     }
 
-    /// As [`choose`](Self::choose), by costs of your own, such as [`Costs::measured`].
+    #[doc(hidden)]
+    /// As [`choose`](Self::choose), with other costs, such as [`Costs::measured`].
     ///
     /// # Errors
     /// [`Error::NoGpu`] if a GPU was asked for and does not open.
@@ -168,10 +168,10 @@ impl Device {
 
     /// The same device with a flag that stops fits, for Ctrl-C.
     ///
-    /// Once the flag is set, a fit under way ends with the next curve that is finished. It unwinds with
-    /// [`Stopped`], by [`resume_unwind`](std::panic::resume_unwind):
-    /// [`catch_unwind`](std::panic::catch_unwind) catches it. Natural splines and completed Béziers are
-    /// finished all at once, and are not stopped.
+    /// Once the flag is set, a fit ends with the next finished curve. It unwinds with [`Stopped`]
+    /// by [`resume_unwind`](std::panic::resume_unwind), for
+    /// [`catch_unwind`](std::panic::catch_unwind). Natural splines and completed Béziers finish all
+    /// curves at once and are not stopped.
     pub fn stopped_by(mut self, flag: Arc<AtomicBool>) -> Self {
         self.stop = Some(flag);
         self
@@ -182,7 +182,7 @@ impl Device {
         Device { gpu: None, ..self.clone() }
     }
 
-    /// Counts so many more curves as finished.
+    /// Adds to the counter of finished curves. Unwinds if the fit is stopped.
     pub(crate) fn finished(&self, curves: usize) {
         if let Some(counter) = &self.finished {
             counter.fetch_add(curves, Ordering::Relaxed);
@@ -202,7 +202,7 @@ impl Device {
         self.gpu.as_deref()
     }
 
-    /// Why this device was chosen: what `auto` found, or that it was asked for.
+    /// Why this device was chosen.
     pub fn reason(&self) -> &str {
         &self.reason
     }
@@ -215,7 +215,7 @@ impl Device {
         }
     }
 
-    /// The report of this device as what did the work of a fit.
+    /// The report of a fit on this device.
     ///
     /// # Errors
     /// As [`kernel_precision`](Self::kernel_precision).
@@ -227,7 +227,7 @@ impl Device {
         Ok(self.report_of(precision))
     }
 
-    /// The report of this device for a fit by a method of your own, computed in this precision.
+    /// The report of a fit on this device in this precision, for methods outside this crate.
     pub fn report_of(&self, precision: Precision) -> DeviceReport {
         let (name, driver) = match self.as_gpu() {
             Some(gpu) => (gpu.summary().name.clone(), gpu.summary().driver.clone()),
@@ -236,10 +236,8 @@ impl Device {
         DeviceReport { is_gpu: self.gpu.is_some(), name, driver, precision, finished_on_cpu: 0 }
     }
 
-    /// The precision that a kernel runs in.
-    ///
-    /// It is the one asked for. `Auto` takes f32 if that is accurate enough for the problem
-    /// (`well_conditioned`), or if the adapter has no other.
+    /// The precision of a kernel. `Auto` takes f32 if the problem is `well_conditioned` or the
+    /// adapter has no f64.
     ///
     /// # Errors
     /// [`Error::NoGpu`] if f64 was asked for and the adapter has none.
