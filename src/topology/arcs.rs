@@ -1,4 +1,4 @@
-//! [`Arcs`]: chains of vertices between junctions, each once.
+//! [`Arcs`]: the distinct chains of vertices between junctions.
 
 use rustc_hash::FxHashMap;
 
@@ -7,13 +7,13 @@ use super::frame;
 use super::vertices::Vertices;
 use crate::batch::CurveBatch;
 
-/// A curve's way along an arc.
+/// One passage of a curve along an arc.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Use {
     pub arc: u32,
     /// Whether the curve runs against the arc.
     pub reversed: bool,
-    /// Whole turns of longitude from the arc's first vertex, as the arc has it, to the curve's.
+    /// Whole turns of longitude from the arc to the curve.
     pub turn: i32,
 }
 
@@ -23,36 +23,38 @@ pub(super) struct Stop {
     pub vertex: u32,
     /// Whole turns of longitude, from the vertex to the point.
     pub turn: i32,
-    /// The curve and the point of it where the arc was found first.
+    /// The curve and its point where the arc was first found.
     pub curve: u32,
     pub point: u32,
 }
 
-/// Chains of vertices between junctions, each once.
-#[derive(Clone)]
+/// The distinct chains of vertices between junctions.
+#[derive(Clone, Default)]
 pub(super) struct Arcs {
     /// The stops of every arc. An arc that is a closed curve does not repeat its first.
     pub stops: Vec<Vec<Stop>>,
     /// Whether an arc is a whole closed curve.
     pub closed: Vec<bool>,
-    /// The way of every curve.
+    /// The arcs along every curve.
     pub uses: Vec<Vec<Use>>,
     /// Number of times that curves go along each arc.
     pub visits: Vec<u32>,
-    /// Whether an arc is a curve that shares nothing, and no line or ring of different points.
+    /// Whether an arc is a whole curve that shares nothing.
     pub alone: Vec<bool>,
-    /// Whether an arc is a part of the map's frame, which stays as it is.
+    /// Whether an arc is a part of the map's frame, which stays straight.
     pub frame: Vec<bool>,
-    /// Whether curves are cut at each vertex for no other reason than that one turns back there along the border.
+    /// Whether curves are cut at each vertex only because one of them reverses there along the
+    /// border.
     pub turned: Vec<bool>,
 }
 
 impl Arcs {
-    /// Cuts the curves at junctions: where curves part, meet or end, and where the [`frame`] of a map of longitudes
-    /// begins.
+    /// Cuts the curves at junctions: where curves part, meet or end, and where the [`frame`] of a
+    /// map of longitudes begins.
     ///
-    /// Curves in `alone` stay whole, and so do those of one point. They share nothing. Where a vertex lies on another
-    /// curve's edge, within `snap` or rounding, that curve has the vertex too; without `snap` edges stay as they are.
+    /// Curves in `alone` and curves of one point stay whole and share nothing. An edge takes over
+    /// the vertices of other curves that lie on it, within `snap` or rounding. Without `snap` it
+    /// does not.
     pub fn new(
         batch: &CurveBatch,
         vertices: &Vertices,
@@ -75,15 +77,7 @@ impl Arcs {
         }
         let Cuts { junctions, turned } = cuts(&paths, batch, vertices.positions.len(), &alone, &is_frame);
         let is_cut = |vertex: usize| junctions[vertex] || turned[vertex];
-        let mut arcs = Arcs {
-            stops: vec![],
-            closed: vec![],
-            uses: vec![],
-            visits: vec![],
-            alone: vec![],
-            frame: vec![],
-            turned: vec![],
-        };
+        let mut arcs = Arcs::default();
         let mut known = FxHashMap::default();
         for (i, path) in paths.into_iter().enumerate() {
             let closed = batch.is_closed(i);
@@ -114,7 +108,7 @@ impl Arcs {
         Use { arc: (self.stops.len() - 1) as u32, reversed: false, turn: 0 }
     }
 
-    /// The use of an arc with these stops, a new arc if there is none.
+    /// The passage along the arc with these stops, which is added if it is new.
     fn use_of(&mut self, stops: Vec<Stop>, closed: bool, known: &mut FxHashMap<Vec<(u32, i32)>, (u32, bool)>) -> Use {
         let (key, reversed, start) = key(&stops, closed);
         let turn = stops[start].turn;
@@ -133,7 +127,7 @@ impl Arcs {
     }
 }
 
-/// The stops of all points of a curve.
+/// The stops of a curve's points.
 fn whole(batch: &CurveBatch, vertices: &Vertices, i: usize) -> Vec<Stop> {
     let start = batch.offsets()[i];
     let stop = |k: usize| Stop {
@@ -145,7 +139,7 @@ fn whole(batch: &CurveBatch, vertices: &Vertices, i: usize) -> Vec<Stop> {
     (0..batch.count(i)).map(stop).collect()
 }
 
-/// A path whose neighbours are different.
+/// A path without repeated stops.
 fn without_repeats(path: &[Stop], closed: bool) -> Vec<Stop> {
     let same = |a: &Stop, b: &Stop| (a.vertex, a.turn) == (b.vertex, b.turn);
     let mut path = path.to_vec();
@@ -158,9 +152,10 @@ fn without_repeats(path: &[Stop], closed: bool) -> Vec<Stop> {
 
 /// Where curves are cut, by vertex.
 struct Cuts {
-    /// A line ends there, curves come from or go to different vertices, or the frame of the map begins.
+    /// A line ends there, curves come from or go to different vertices, or the frame of the map
+    /// begins.
     junctions: Vec<bool>,
-    /// A curve turns back there, along the border of the others if there are any. They go on as if it were not there.
+    /// A curve reverses there, along the border of other curves if there are any. The others go on.
     turned: Vec<bool>,
 }
 
@@ -230,8 +225,10 @@ fn cut(mut path: Vec<Stop>, closed: bool, is_cut: impl Fn(usize) -> bool) -> Vec
     pieces
 }
 
-/// What equal arcs have in common: their vertices, and turns beside the first, in one of both
-/// directions. Also whether it is the other direction, and the stop that the key begins with.
+/// The canonical key of an arc: vertices and turns relative to the first, in one of both
+/// directions.
+///
+/// Also returns whether the direction is reversed, and the stop at which the key begins.
 fn key(stops: &[Stop], closed: bool) -> (Vec<(u32, i32)>, bool, usize) {
     let n = stops.len();
     let walk = |start: usize, reversed: bool| {
@@ -239,7 +236,7 @@ fn key(stops: &[Stop], closed: bool) -> (Vec<(u32, i32)>, bool, usize) {
         (0..n).map(move |k| (stops[at(k)].vertex, stops[at(k)].turn - stops[start].turn))
     };
     let candidates = match closed {
-        // A closed curve begins with its least vertex.
+        // The key of a closed curve begins with its least vertex.
         true => {
             let least = (0..n).min_by_key(|&k| stops[k].vertex).unwrap_or(0);
             [(least, false), (least, true)]

@@ -1,8 +1,8 @@
-//! Where samples of arcs cross, their own or others'.
+//! Crossings of sampled arcs.
 //!
-//! Runs of consecutive segments are sorted into the cells of a grid by their boxes. Runs whose boxes
-//! meet are compared segment by segment, with exact predicates. That takes n log n for curves as
-//! even as maps are.
+//! Runs of consecutive segments are sorted into the cells of a grid by their boxes. Runs whose
+//! boxes meet are compared segment by segment with exact predicates, in n log n steps for evenly
+//! sampled curves.
 
 use glam::{DVec2, DVec3};
 use robust::{Coord, orient2d};
@@ -17,7 +17,7 @@ const MOST_ROWS: u32 = 1 << 20;
 /// A run whose box covers more cells than this is compared with all others.
 const MOST_CELLS: u64 = 4096;
 
-/// Where a crossing is: the arc and the number of its segment.
+/// A segment: the index of its arc, and its index there.
 pub(crate) type Place = (u32, u32);
 
 /// The samples of an arc as a polyline in the plane.
@@ -50,23 +50,24 @@ struct Run {
     high: DVec2,
 }
 
-/// All pairs of segments that cross, touch or lie on each other, but for neighbours and arcs that
-/// meet at an end. Of the pairs, one at least is of an arc that is `new`.
+/// Pairs of segments that cross, touch or overlap, one of them of an arc that is `new`.
+///
+/// Neighbours and arcs that meet at an end do not count.
 pub(crate) fn crossings(lines: &[Line], new: impl Fn(u32) -> bool) -> Vec<[Place; 2]> {
     let runs = runs(lines);
     let is_new: Vec<bool> = runs.iter().map(|run| new(run.arc)).collect();
     let mut found = Vec::new();
-    runs.iter().zip(&is_new).filter(|(_, new)| **new).for_each(|(run, _)| within(lines, run, &mut found));
+    for (run, _) in runs.iter().zip(&is_new).filter(|(_, new)| **new) {
+        within(lines, run, &mut found);
+    }
     for [a, b] in meeting(&runs, &is_new, |_, _| true) {
         between(lines, &runs[a as usize], &runs[b as usize], |a, b| may_meet(lines, a, b), &mut found);
     }
-    found.sort_unstable();
-    found.dedup();
-    found
+    distinct(found)
 }
 
-/// All pairs of segments of arcs of different groups that have any point in common, be it a common end. Of the pairs,
-/// one at least is of an arc that is `new`. Each has the lower arc first.
+/// Pairs of segments of arcs of different groups that have a point in common, be it a common end,
+/// one of them of an arc that is `new`. The lower arc comes first.
 pub(crate) fn contacts(lines: &[Line], groups: &[usize], new: impl Fn(u32) -> bool) -> Vec<[Place; 2]> {
     let runs = runs(lines);
     let is_new: Vec<bool> = runs.iter().map(|run| new(run.arc)).collect();
@@ -75,12 +76,17 @@ pub(crate) fn contacts(lines: &[Line], groups: &[usize], new: impl Fn(u32) -> bo
     for [a, b] in meeting(&runs, &is_new, |a, b| group(a) != group(b)) {
         between(lines, &runs[a as usize], &runs[b as usize], |_, _| false, &mut found);
     }
-    found.sort_unstable();
-    found.dedup();
-    found
+    distinct(found)
 }
 
-/// All points that lie on a segment between its ends, or so near: the segment, how far along it, and the point.
+fn distinct(mut pairs: Vec<[Place; 2]>) -> Vec<[Place; 2]> {
+    pairs.sort_unstable();
+    pairs.dedup();
+    pairs
+}
+
+/// Points within `tolerance` of the interior of a segment: the segment, the fraction along it, and
+/// the point.
 pub(crate) fn points_on_segments(lines: &[Line], tolerance: f64) -> Vec<(Place, f64, Place)> {
     let mut runs = runs(lines);
     for run in &mut runs {
@@ -134,17 +140,17 @@ fn runs(lines: &[Line]) -> Vec<Run> {
     runs
 }
 
-/// Pairs of runs whose boxes meet, one of them new, of those that are asked for.
+/// Pairs of runs that `is_asked` accepts, whose boxes meet and of which one is new.
 fn meeting(runs: &[Run], is_new: &[bool], is_asked: impl Fn(usize, usize) -> bool) -> Vec<[u32; 2]> {
     let boxed =
         runs.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(l, h), run| (l.min(run.low), h.max(run.high)));
-    // By halves, whose differences do not overflow.
+    // Differences of halves do not overflow.
     let half = |low: DVec2, high: DVec2| (0.5 * high - 0.5 * low).max_element();
     // Twice the mean size of a box: a run lies in one to four cells, mostly.
     let mean = runs.iter().map(|run| half(run.low, run.high) / runs.len() as f64).sum::<f64>();
     let cell = (2.0 * mean).max(half(boxed.0, boxed.1) / f64::from(MOST_ROWS)).max(f64::MIN_POSITIVE);
     let number = |x: f64, low: f64| ((0.5 * x - 0.5 * low) / cell) as u64;
-    // New runs first: others need no cell without one.
+    // New runs come first. Other runs are only entered into cells of new ones.
     let (mut places, mut large, mut cells) = (Vec::new(), Vec::new(), FxHashSet::default());
     let of = |new: bool| runs.iter().enumerate().filter(move |(k, _)| is_new[*k] == new);
     for (k, run) in of(true).chain(of(false)) {
@@ -185,12 +191,12 @@ fn meeting(runs: &[Run], is_new: &[bool], is_asked: impl Fn(usize, usize) -> boo
     pairs
 }
 
-/// Crossings of a run with itself.
+/// Crossings within a run.
 fn within(lines: &[Line], run: &Run, found: &mut Vec<[Place; 2]>) {
     let line = &lines[run.arc as usize];
     let [first, last] = [run.first as usize, (run.first + run.count - 1) as usize];
     let along = line.segment(last)[1] - line.segment(first)[0];
-    // A run that goes forward all the way does not meet itself.
+    // A monotone run does not cross itself.
     if (first..=last).all(|k| {
         let [p, q] = line.segment(k);
         (q - p).dot(along) > 0.0
@@ -240,12 +246,12 @@ fn may_meet(lines: &[Line], a: Place, b: Place) -> bool {
     neighbours || (is_end(a) && is_end(b))
 }
 
-/// Whether a line from `a` to `b` goes on to `c` by the way that it came.
+/// Whether a line from `a` to `b` to `c` reverses at `b`.
 pub(crate) fn turns_back(a: DVec2, b: DVec2, c: DVec2) -> bool {
     cross([a, b], [b, c], true)
 }
 
-/// Whether two segments have a point in common, besides a common end if they may have one.
+/// Whether two segments have a point in common, other than a common end if `may_meet`.
 fn cross([a, b]: [DVec2; 2], [c, d]: [DVec2; 2], may_meet: bool) -> bool {
     if a == b || c == d || !(a.min(b).cmple(c.max(d)).all() && c.min(d).cmple(a.max(b)).all()) {
         return false;
@@ -256,7 +262,7 @@ fn cross([a, b]: [DVec2; 2], [c, d]: [DVec2; 2], may_meet: bool) -> bool {
         i8::from(side > 0.0) - i8::from(side < 0.0)
     };
     let on_one_line = |from: DVec2, p: DVec2, q: DVec2| side(from, p, q) == 0 && (p - from).dot(q - from) > 0.0;
-    // From a common end they go on together, or not at all.
+    // Segments with a common end overlap or share nothing else.
     if !may_meet && (a == c || a == d || b == c || b == d) {
         return true;
     }
@@ -268,7 +274,7 @@ fn cross([a, b]: [DVec2; 2], [c, d]: [DVec2; 2], may_meet: bool) -> bool {
         (.., true) => return on_one_line(b, a, c),
         _ => {}
     }
-    // With boxes that meet, this is right for segments on one line too.
+    // Since the boxes meet, this holds for collinear segments too.
     side(a, b, c) * side(a, b, d) <= 0 && side(c, d, a) * side(c, d, b) <= 0
 }
 

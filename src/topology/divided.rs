@@ -1,6 +1,6 @@
-//! [`Divided`]: strokes without a curve, taken apart at their junctions.
+//! [`Divided`]: strokes that could not be fitted, divided into their arcs.
 //!
-//! The coast of a continent is one stroke. A place of it where a method has no curve would leave all of it unfitted.
+//! The coast of a continent is one stroke, which a single bad place would leave unfitted.
 
 use std::sync::Arc;
 
@@ -10,32 +10,31 @@ use crate::batch::{CurveBatch, Piece};
 use crate::curve::{Curve, Sampling};
 use crate::report::{CurveSet, Fit};
 
-/// Strokes of several arcs that have no curve, arc by arc: [`Topology::divide`].
+/// Strokes that could not be fitted, arc by arc: [`Topology::divide`].
 pub struct Divided {
     topology: Arc<Topology>,
     arcs: CurveBatch,
-    /// Number of strokes that were taken apart.
+    /// Number of divided strokes.
     count: usize,
-    /// Where every stroke is found.
+    /// The origin of every stroke.
     places: Vec<Place>,
 }
 
 #[derive(Clone, Copy)]
 enum Place {
-    /// In the fit of the strokes as they were.
+    /// The fit of the original strokes.
     Before(usize),
-    /// In the fit of the arcs.
+    /// The fit of the arcs.
     Arcs(usize),
 }
 
 impl Topology {
-    /// Takes apart the strokes of several arcs that came out without a curve, if there are any.
+    /// Divides the strokes of several arcs that could not be fitted, if there are any.
     ///
-    /// Each of their arcs is to be fitted as a curve of its own, which may have a corner at
-    /// junctions.
+    /// Their arcs are to be fitted one by one, with corners at junctions.
     ///
     /// # Panics
-    /// If the fit is of something else than the [`strokes`](Self::strokes).
+    /// If the fit is not of the [`strokes`](Self::strokes).
     pub fn divide(&self, fit: &Fit) -> Option<Divided> {
         let strokes = &self.strokes;
         assert_eq!(fit.len(), strokes.arcs.len(), "a fit of the strokes");
@@ -62,21 +61,21 @@ impl Topology {
 }
 
 impl Divided {
-    /// Number of strokes that were taken apart.
+    /// Number of divided strokes.
     pub fn count(&self) -> usize {
         self.count
     }
 
-    /// What is to be fitted: the arcs of these strokes.
+    /// The arcs to fit.
     pub fn arcs(&self) -> &CurveBatch {
         &self.arcs
     }
 
-    /// The topology whose strokes are what was fitted, and their fit: of the strokes that had a
-    /// curve `before`, and of the [`arcs`](Self::arcs).
+    /// The topology with divided strokes and their fit, from the fit `before` and the fit of the
+    /// [`arcs`](Self::arcs).
     ///
     /// # Panics
-    /// If a fit is of something else.
+    /// If a fit has another number of curves.
     pub fn with(self, before: Fit, arcs: Fit) -> (Arc<Topology>, Fit) {
         assert_eq!(arcs.len(), self.arcs.len(), "a fit of the arcs");
         let Divided { topology, places, .. } = self;

@@ -1,5 +1,5 @@
-//! Edges that pass through vertices of others: where one of two neighbours has a vertex more on their common border,
-//! both get it.
+//! Vertices on edges of other curves. If one of two neighbours has an additional vertex on their
+//! common border, both get it.
 
 use glam::DVec3;
 
@@ -8,10 +8,10 @@ use super::crossings::{self, Line, Place};
 use super::vertices::Vertices;
 use crate::batch::CurveBatch;
 
-/// A vertex on an edge is off it by this number of roundings of the largest coordinate, at most.
+/// The largest distance of a vertex on an edge, in roundings of the largest coordinate.
 const ROUNDINGS: f64 = 4.0;
 
-/// Gives the edges of all paths the vertices that lie on them, within `snap` or rounding.
+/// Inserts into all edges the vertices that lie on them, within `snap` or rounding.
 pub(super) fn complete(paths: &mut [Vec<Stop>], batch: &CurveBatch, vertices: &Vertices, alone: &[bool], snap: f64) {
     let mut largest = 0.0_f64;
     let mut points: Vec<Vec<DVec3>> = Vec::with_capacity(paths.len());
@@ -32,7 +32,7 @@ pub(super) fn complete(paths: &mut [Vec<Stop>], batch: &CurveBatch, vertices: &V
             missing.push(((path, edge), along, Stop { curve: ends[0].curve, point: ends[0].point, ..stop }));
         }
     }
-    // From the last to the first, so that edges keep their numbers.
+    // Inserting from the last to the first keeps the indices of edges valid.
     missing.sort_unstable_by(|a, b| b.0.cmp(&a.0).then(b.1.total_cmp(&a.1)).then(a.2.vertex.cmp(&b.2.vertex)));
     missing.dedup_by(|a, b| a.0 == b.0 && a.2.vertex == b.2.vertex);
     for ((path, edge), _, stop) in missing {

@@ -1,4 +1,4 @@
-//! [`Faults`]: where fitted curves cross, and what they put on another side of others.
+//! [`Faults`]: crossings of fitted curves, and curves on the wrong side of others.
 
 use rustc_hash::FxHashSet;
 
@@ -11,31 +11,30 @@ use super::samples::Samples;
 /// A place where curves cross, or a curve crosses itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Crossing {
-    /// Curves that go there, of all that do: one of each border.
+    /// A curve of each border that crosses there.
     pub curves: [usize; 2],
-    /// A sample next to it.
+    /// The sample next to the crossing.
     pub at: [f64; 2],
 }
 
-/// What is wrong with a fitted map.
+/// Faults of a fitted map.
 #[derive(Clone, Debug, Default)]
 pub struct Faults {
-    /// Where curves cross, one a pair of spans.
+    /// Crossings of curves, one per pair of spans.
     pub crossings: Vec<Crossing>,
-    /// So many of them, or others in their place, are in the data: chords cross there.
+    /// Number of crossings in the data: of chords.
     pub of_data: usize,
-    /// Curves that have come to another side of a ring that they do not meet, such as islands that
-    /// a coast moved over. One of those that hang together.
+    /// Curves on the wrong side of a ring, such as islands that a coast moved over: one of each
+    /// connected group.
     pub misplaced: Vec<usize>,
 }
 
 impl Sampled {
-    /// Where the samples cross, seen along x and y, and what they put on another side of others.
+    /// Finds crossings of the samples in x and y, and curves on the wrong side of others.
     ///
-    /// Each pair of spans whose samples have a point in common counts, but for neighbours along a
-    /// curve and curves that meet at a junction. What curves share is looked at once. Curves that
-    /// share nothing because they cannot be fitted are left out, and so is the frame of a map. Longitudes are compared as they
-    /// are: two curves on both sides of the antimeridian do not meet.
+    /// Each pair of spans whose samples have a point in common counts once, except neighbours along
+    /// a curve and curves that meet at a junction. Curves that cannot be fitted and the frame of a
+    /// map are left out. Curves on different sides of the antimeridian do not meet.
     pub fn faults(&self) -> Faults {
         let (topology, samples) = (&self.topology, &self.samples);
         let data = topology.data();
@@ -61,7 +60,7 @@ impl Topology {
         (0..self.arcs.stops.len()).map(of_arc).collect()
     }
 
-    /// Pairs of segments of arcs that cross, one of them of an arc that is `new`.
+    /// Pairs of crossing segments, one of them of an arc that is `new`.
     pub(super) fn places(&self, samples: &[Samples], new: impl Fn(u32) -> bool) -> Vec<[Place; 2]> {
         let line = |arc: usize| match self.arcs.alone[arc] || self.arcs.frame[arc] {
             true => Line { points: &[], closed: false },
@@ -71,7 +70,7 @@ impl Topology {
         crossings::crossings(&lines, new)
     }
 
-    /// One crossing a pair of spans.
+    /// One crossing per pair of spans.
     pub(super) fn named(&self, samples: &[Samples], mut places: Vec<[Place; 2]>) -> Vec<Crossing> {
         let span = |(arc, segment): Place| (arc, samples[arc as usize].t[segment as usize] as usize);
         let mut seen = FxHashSet::default();

@@ -1,13 +1,13 @@
 //! The frame of a map of longitudes and latitudes: edges along the antimeridian and the poles.
 //!
-//! They are where the drawing ends and nothing on the ground, so they stay straight. The coast alone is fitted, between its
-//! ends on the frame.
+//! They bound the drawing and are nothing on the ground, so they stay straight. Only the coast
+//! between them is fitted.
 
 use super::TURN;
 use crate::batch::CurveBatch;
 use crate::curve::vector;
 
-/// Degrees by which points may miss the frame: rounding of conversions.
+/// The distance within which points lie on the frame, in degrees: rounding of conversions.
 const ROUNDING: f64 = 1e-9;
 
 /// Whether curve `i` has an edge of the frame.
@@ -19,7 +19,8 @@ pub(super) fn is_in(batch: &CurveBatch, i: usize) -> bool {
     })
 }
 
-/// Whether an edge belongs to the frame: it goes along the antimeridian, along a pole, or along a meridian to a pole.
+/// Whether an edge belongs to the frame: it goes along the antimeridian, along a pole, or along a
+/// meridian to a pole.
 pub(super) fn holds([a, b]: [[f64; 3]; 2]) -> bool {
     let is_pole = |point: [f64; 3]| (point[1].abs() - 0.25 * TURN).abs() <= ROUNDING;
     let antimeridian = || ((a[0] / TURN).rem_euclid(1.0) - 0.5).abs() * TURN <= ROUNDING;

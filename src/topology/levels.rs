@@ -1,4 +1,4 @@
-//! [`Levels`]: how tight every span is drawn, and how near to the data every point is.
+//! [`Levels`]: how tight every span is, and how close to the data every point.
 
 use std::ops::Range;
 
@@ -10,19 +10,23 @@ use super::tight::Tightened;
 use crate::curve::{Curve, Jet, vector};
 use crate::report::Fit;
 
-/// How tight a span is, and how near to the data a point.
+/// The tightness of a span and the closeness of a point to the data.
 struct Level {
-    /// What is left of a span's handles.
+    /// The factor of a span's handles.
     handles: f64,
-    /// How much of its way back to the data a point goes.
+    /// The fraction of its distance that a point returns to the data.
     back: f64,
-    /// The way back is the mean over this number of neighbours on both sides, which has no noise.
+    /// Displacements are averaged over this number of neighbours on both sides, which removes
+    /// noise.
     neighbours: usize,
 }
 
-/// All levels, from what was fitted to the chord between data points. The first double: nothing is tightened more than
-/// twice as much as its crossing asks for. Points follow the means of ever fewer neighbours, so that steps in the data
-/// come back last: two contour lines of pixels turn by 1.2 times what they did, and by 4 times without means.
+/// All levels, from the fit to the chord between data points.
+///
+/// The first levels double, so that nothing is tightened more than twice as much as its crossing
+/// requires. Points follow means over fewer and fewer neighbours, so that steps in the data return
+/// last. With means, two contour lines of pixels turn by 1.2 times as much as before, without means
+/// by 4 times.
 const LEVELS: [Level; 10] = [
     Level { handles: 1.0, back: 0.0, neighbours: 0 },
     Level { handles: 0.9375, back: 0.0625, neighbours: 16 },
@@ -39,14 +43,14 @@ const LEVELS: [Level; 10] = [
 /// The tightest level.
 const TIGHTEST: u8 = (LEVELS.len() - 1) as u8;
 
-/// After this number of points away from a span the level of points is one less.
+/// The level of points falls by one over this number of points away from a span.
 const FADING: f64 = 8.0;
 
 /// How tight the spans and points of every stroke are.
 pub(super) struct Levels<'a> {
     topology: &'a Topology,
     fit: &'a Fit,
-    /// The strokes that have any level.
+    /// The strokes with a level above 0.
     strokes: FxHashMap<u32, Stroke>,
 }
 
@@ -55,14 +59,14 @@ struct Stroke {
     closed: bool,
     /// The level of every span.
     spans: Vec<u8>,
-    /// The level of every point, between whole ones too.
+    /// The level of every point, fractional in between.
     points: Vec<f64>,
     fitted: Vec<DVec3>,
-    /// From every fitted point to the data.
+    /// The displacement from every fitted point to the data.
     back: Vec<DVec3>,
-    /// The part of it that is across the curve: along it nothing comes apart.
+    /// Its part across the curve.
     across: Vec<DVec3>,
-    /// The largest distance between both.
+    /// Its largest length.
     farthest: f64,
 }
 
@@ -81,13 +85,14 @@ impl Stroke {
         Stroke { closed, spans: vec![0; spans], points: vec![0.0; jets.len()], fitted, back, across, farthest }
     }
 
-    /// The point before or after point `k` by `away`, if there is one.
+    /// The point `away` points after point `k`, if it exists.
     fn beside(&self, k: usize, away: isize) -> Option<usize> {
         let (n, at) = (self.points.len() as isize, k as isize + away);
         if self.closed { Some(at.rem_euclid(n) as usize) } else { (0..n).contains(&at).then_some(at as usize) }
     }
 
-    /// How far every point goes back. No further from the data than the fit is anywhere.
+    /// The displacement of every point, such that none is farther from the data than the fit is at
+    /// most.
     fn ways(&self) -> Vec<DVec3> {
         let way = |k: usize| {
             let level = self.points[k];
@@ -103,8 +108,7 @@ impl Stroke {
         (0..self.points.len()).map(way).collect()
     }
 
-    /// How fast the ways change at point `k`, by the curve's parameter. Points that the fit left in place keep their
-    /// direction.
+    /// The derivative of the displacements at point `k`, 0 at points that the fit did not move.
     fn slope(&self, curve: &dyn Curve, ways: &[DVec3], k: usize) -> DVec3 {
         let neighbours = (self.beside(k, -1), self.beside(k, 1));
         match neighbours {
@@ -116,8 +120,10 @@ impl Stroke {
         }
     }
 
-    /// The mean way back around point `k`, by a triangle of weights. It ends at ends and at points that the fit left in
-    /// place, and small rings have none: what they lost is their size.
+    /// The mean displacement around point `k`, with triangular weights.
+    ///
+    /// The mean ends at ends and at points that the fit did not move. Small rings are not averaged,
+    /// since the mean would not restore their size.
     fn mean(&self, k: usize, neighbours: usize) -> DVec3 {
         let most = if self.closed { neighbours.min(self.points.len() / 16) } else { neighbours };
         if most == 0 || self.back[k] == DVec3::ZERO {
@@ -144,12 +150,12 @@ impl<'a> Levels<'a> {
         Levels { topology, fit, strokes: FxHashMap::default() }
     }
 
-    /// Draws a span of a stroke tighter, with its points. False where it is as tight as can be.
+    /// Tightens a span of a stroke with its points. Returns false at the tightest level.
     pub fn tighten(&mut self, stroke: u32, span: usize) -> bool {
         let Some(stroke) = self.of(stroke).filter(|stroke| stroke.spans[span] < TIGHTEST) else { return false };
         stroke.spans[span] += 1;
         let level = stroke.spans[span];
-        // The points beyond follow a little, so that there is no step.
+        // Points beyond follow, so that there is no step.
         for away in 0..stroke.points.len() as isize {
             let level = f64::from(level) - away as f64 / FADING;
             if level <= 0.0 {
@@ -162,8 +168,8 @@ impl<'a> Levels<'a> {
         true
     }
 
-    /// Brings the points of some spans of a stroke nearer to the data, and then draws the spans
-    /// tighter. False where they are as tight as can be.
+    /// Brings the points of some spans closer to the data, and then tightens the spans. Returns
+    /// false at the tightest level.
     pub fn bring_back(&mut self, stroke: u32, range: Range<usize>) -> bool {
         let Some(Stroke { spans, points, .. }) = self.of(stroke) else { return false };
         let (count, mut changed) = (points.len(), false);
@@ -188,12 +194,12 @@ impl<'a> Levels<'a> {
         curve.is_fitted().then(|| self.strokes.entry(stroke).or_insert_with(|| Stroke::new(&*curve, data())))
     }
 
-    /// The strokes as they were fitted.
+    /// The fit of the strokes.
     pub fn fit(&self) -> &'a Fit {
         self.fit
     }
 
-    /// Number of spans that are tighter than they were fitted.
+    /// Number of tightened spans.
     pub fn tightened(&self) -> usize {
         self.strokes.values().flat_map(|stroke| &stroke.spans).filter(|&&level| level > 0).count()
     }
@@ -207,16 +213,16 @@ impl<'a> Levels<'a> {
         for span in 0..of.spans.len() {
             let ends = [span, (span + 1) % of.points.len()];
             let slopes = ends.map(|k| of.slope(&*curve, &ways, k));
-            // What moves at neither end is as it was fitted, bit for bit.
+            // A span with unmoved ends keeps its bits.
             if of.spans[span] == 0 && ends.iter().all(|&k| ways[k] == DVec3::ZERO) && slopes == [DVec3::ZERO; 2] {
                 continue;
             }
             let [p, q] = ends.map(|k| of.fitted[k] + ways[k]);
-            // Handles of points that come nearer to each other shrink with their chord.
+            // Handles shrink with their chord.
             let chord = length(of.fitted[ends[1]] - of.fitted[ends[0]]);
             let nearer = if chord > 0.0 { (length(q - p) / chord).min(1.0) } else { 1.0 };
             let part = LEVELS[of.spans[span] as usize].handles * nearer * curve.pace(span) / 3.0;
-            // At a corner each side has its own direction.
+            // At a corner each side has another direction.
             let [u, v] = match part > 0.0 {
                 true => [0, 1].map(|end| (curve.jet(span, end as f64).first + slopes[end]) * part),
                 false => [(q - p) / 3.0; 2],
@@ -226,7 +232,7 @@ impl<'a> Levels<'a> {
         cubics
     }
 
-    /// The strokes as they are now, with the largest distance of a point from the data.
+    /// The strokes at their levels, with the largest distance of a point from the data.
     pub fn finish(self) -> Fit {
         let mut reports = self.fit.reports().to_vec();
         let mut cubics = FxHashMap::default();
@@ -240,7 +246,7 @@ impl<'a> Levels<'a> {
     }
 }
 
-/// The length of a vector whose square may be out of range.
+/// The length of a vector whose square may overflow.
 fn length(vector: DVec3) -> f64 {
     let size = vector.abs().max_element();
     if size > 0.0 { size * (vector / size).length() } else { 0.0 }

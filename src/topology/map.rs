@@ -1,4 +1,4 @@
-//! [`Map`]: the curves of a batch, put together from the spans of fitted strokes.
+//! [`Map`]: the curves of a batch, joined from the spans of fitted strokes.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -20,7 +20,7 @@ use crate::surface::Globe;
 pub(super) struct Map {
     pub topology: Arc<Topology>,
     pub fit: Fit,
-    /// The samples of every arc, where they are known.
+    /// The samples of the arcs, if they were taken.
     pub sampled: Option<(Sampling, Vec<Samples>)>,
 }
 
@@ -48,41 +48,38 @@ impl CurveSet for Map {
         });
         let ends =
             |i: usize| topology.arcs.uses[i].iter().map(|way| topology.arcs.spans(way.arc as usize)).sum::<usize>();
-        let closed = (0..batch.len()).map(|i| batch.is_closed(i)).collect();
-        let origin = batch.origin().clone();
-        let problems = batch.problems().clone();
-        CurveBatch::from_samples(batch.dimension(), curves, |i, last| ends(i) as f64 - last, closed, problems, origin)
+        CurveBatch::samples_of(batch, d, curves, |i, last| ends(i) as f64 - last)
     }
 }
 
-/// A curve put together from the spans of strokes, on the parameters 0, 1, 2 ….
+/// A curve joined from the spans of strokes, on the parameters 0, 1, 2 ….
 struct Joined<'a> {
     dimension: usize,
     closed: bool,
     /// The curves of its strokes.
     strokes: Vec<Box<dyn Curve + 'a>>,
     ways: Vec<Way>,
-    /// Number of spans up to every way, and of all.
+    /// The first span of every way, and the number of spans.
     offsets: Vec<usize>,
     knots: Vec<f64>,
 }
 
 /// Consecutive spans of a stroke.
 struct Way {
-    /// Which of the curve's strokes.
+    /// The index of the stroke in the curve.
     stroke: usize,
     first: usize,
     spans: usize,
     /// Whether the curve runs against the stroke.
     reversed: bool,
-    /// Longitude from the stroke to the curve.
+    /// The difference in longitude from the stroke to the curve.
     shift: f64,
     arc: usize,
     /// Whether the curve runs against the arc.
     against_arc: bool,
-    /// Whether it is all of the stroke.
+    /// Whether it is the whole stroke.
     whole: bool,
-    /// Whether it is a part of the map's frame, which is not fitted.
+    /// Whether it is a part of the map's frame.
     frame: bool,
 }
 
@@ -123,7 +120,7 @@ impl<'a> Joined<'a> {
         }
     }
 
-    /// The stroke's curve, its span, and the way of a span.
+    /// The stroke's curve, the span there, and the way of a span.
     fn place(&self, span: usize) -> (&(dyn Curve + 'a), usize, &Way) {
         let way = self.offsets.partition_point(|&offset| offset <= span).clamp(1, self.ways.len()) - 1;
         let (own, way) = (span - self.offsets[way], &self.ways[way]);
@@ -151,7 +148,7 @@ impl Curve for Joined<'_> {
         if way.shift != 0.0 {
             point.x += way.shift;
         }
-        // Derivatives by the fraction of the span, in the curve's direction.
+        // Derivatives with respect to the span's fraction, in the curve's direction.
         let pace = if way.reversed { -curve.pace(along) } else { curve.pace(along) };
         Jet { point, first: first * pace, second: second * (pace * pace), third: third * (pace * pace * pace) }
     }
@@ -208,14 +205,15 @@ impl Curve for Joined<'_> {
 
     fn max_curvature(&self) -> f64 {
         match &self.strokes[..] {
-            // A curve with a closed form of its own.
+            // The stroke may have a closed form.
             [curve] if curve.spans() == self.spans() => curve.max_curvature(),
             _ if self.is_fitted() => self.ways.iter().map(|way| self.part(way).max_curvature()).fold(0.0, f64::max),
             _ => 0.0,
         }
     }
 
-    /// The Béziers of every arc in its own direction, so that curves that share it share them.
+    /// Every arc is converted in its own direction, so that curves that share it get the same
+    /// Béziers.
     fn beziers(&self, tolerance: f64) -> Vec<[DVec3; 4]> {
         let mut all = Vec::new();
         for way in &self.ways {
@@ -223,10 +221,14 @@ impl Curve for Joined<'_> {
             let mut pieces = if way.whole { curve.beziers(tolerance) } else { self.part(way).beziers(tolerance) };
             if way.reversed {
                 pieces.reverse();
-                pieces.iter_mut().for_each(|piece| piece.reverse());
+                for piece in &mut pieces {
+                    piece.reverse();
+                }
             }
             if way.shift != 0.0 {
-                pieces.iter_mut().flatten().for_each(|point| point.x += way.shift);
+                for point in pieces.iter_mut().flatten() {
+                    point.x += way.shift;
+                }
             }
             all.extend(pieces);
         }
@@ -268,7 +270,7 @@ impl Joined<'_> {
     }
 }
 
-/// The report of curve `i` from those of its strokes.
+/// The report of curve `i` from its strokes' reports.
 pub(super) fn report(topology: &Topology, fit: &Fit, i: usize) -> CurveReport {
     let (arcs, strokes) = (&topology.arcs, &topology.strokes);
     let fitted = arcs.uses[i].iter().filter(|way| !arcs.frame[way.arc as usize]);
@@ -304,7 +306,7 @@ pub(super) fn report(topology: &Topology, fit: &Fit, i: usize) -> CurveReport {
     }
 }
 
-/// The largest distance from a point of curve `i` to its place on the curve.
+/// The largest distance from a data point of curve `i` to the curve's point of the same parameter.
 fn deviation(topology: &Topology, fit: &Fit, i: usize) -> f64 {
     let joined = Joined::new(topology, fit, i);
     let mut largest = 0.0_f64;

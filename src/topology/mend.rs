@@ -1,9 +1,9 @@
-//! Mending: where curves cross that should not, they are drawn tighter, span by span.
+//! Repair of crossing curves, span by span.
 //!
-//! A span that is tightened becomes a cubic with the curve's directions at both ends and shorter
-//! handles, so that the direction never breaks. Points that the fit moved go back towards the data
-//! at the same time, as far as the crossing asks and those beside them a little less. In the end a
-//! span is the chord between its data points: where the data do not cross, nothing is left to cross.
+//! A tightened span becomes a cubic with the curve's directions at both ends and shorter handles,
+//! so the direction stays continuous. Points that the fit moved return towards the data with it. At
+//! the last level a span is the chord between its data points, so only crossings of the data
+//! remain.
 
 use std::collections::BTreeSet;
 
@@ -19,37 +19,38 @@ use super::samples::{self, Samples};
 use crate::curve::Sampling;
 use crate::report::Fit;
 
-/// Numbers have no more decimals.
+/// The most decimals of a number.
 const MOST_DECIMALS: u8 = 15;
 
-/// What came of mending.
+/// The result of a repair.
 #[derive(Clone, Debug, Default)]
 pub struct Mended {
-    /// Crossings before.
+    /// Number of crossings before.
     pub before: usize,
-    /// Crossings that are left, which the data have, or which come of [rounding](Sampled::rounded).
+    /// The remaining crossings: of the data, or by [rounding](Sampled::rounded).
     pub left: Vec<Crossing>,
-    /// Points that were left out where [rounding](Sampled::rounded) folds a border back on itself.
+    /// Number of samples left out where [rounding](Sampled::rounded) folds a border back on itself.
     pub left_out: usize,
-    /// Curves that have less than their share of area all the same, because of rounding.
+    /// Rings that still have too little area, because of rounding.
     pub lost: Vec<usize>,
-    /// What rounding did, where anything is left that is not there without it: the number of decimals with which it is
-    /// not. `None` where all that is left is in the data.
+    /// The number of decimals without faults by rounding. `None` if all remaining faults are in the
+    /// data.
     pub decimals: Option<u8>,
-    /// Spans that were tightened.
+    /// Number of tightened spans.
     pub tightened: usize,
-    /// Rings that had lost too much of their area.
+    /// Number of rings that had lost too much of their area.
     pub kept: usize,
-    /// Curves that would have come to lie on the other side of others, such as islands inland.
+    /// Number of curves that were on the wrong side of others.
     pub misplaced: usize,
 }
 
 impl Sampled {
-    /// Tightens strokes where their samples cross, where a ring has less than `keep_area` of its area, and where a curve has come to another side of a ring.
+    /// Tightens strokes where their samples cross, where a ring has less than `keep_area` of its
+    /// area, and where a curve is on the wrong side of a ring.
     ///
-    /// Spans that cross become cubics with the same directions at their ends and shorter handles,
-    /// and points that the fit moved go back towards the data, step by step, until nothing crosses.
-    /// In the last step a span is its chord. So nothing is left that the data have not.
+    /// Crossing spans become cubics with the same directions at their ends and shorter handles.
+    /// Points that the fit moved return towards the data, step by step. At the last step a span is
+    /// its chord, so only crossings of the data remain.
     pub fn mend(self, keep_area: f64) -> (Sampled, Mended) {
         let Sampled { topology, fit, sampling, decimals, mut samples } = self;
         let (fit, mended) = topology.mend(fit, (sampling, decimals), keep_area, &mut samples);
@@ -85,7 +86,7 @@ impl Topology {
             crossing = self.places(samples, |_| true);
         }
         loop {
-            // Once each, however many of their segments cross.
+            // Each span once, however many of its segments cross.
             let crossed = crossing.iter().flatten().flat_map(|&place| self.spans_of(samples, place));
             let crossed: BTreeSet<(u32, usize)> = crossed.collect();
             let tightened = crossed.into_iter().filter(|&(stroke, span)| levels.tighten(stroke, span));
@@ -130,8 +131,7 @@ impl Topology {
         (levels.finish(), mended)
     }
 
-    /// Brings a part back, and the spans next to it of a ring that it has come into or out of. The
-    /// strokes where that changed anything.
+    /// Brings back a misplaced part, and the nearby spans of the ring. Returns the changed strokes.
     fn part_from_ring(
         &self,
         levels: &mut Levels,
@@ -186,22 +186,24 @@ impl Topology {
             .map(move |span| (place.stroke, place.first as usize + along(span)))
     }
 
-    /// Whether a ring's samples have less than a part of the area of its points, or turn the other
-    /// way round.
+    /// Whether a ring's samples enclose less than `keep_area` of its points' area, or the
+    /// orientation is reversed.
     fn is_shrunken(&self, i: usize, samples: &[Samples], keep_area: f64) -> bool {
         let points = self.batch.points(i).chunks_exact(self.batch.dimension());
         let (mut data, mut now) = (Area::default(), Area::default());
-        points.for_each(|point| data.add(DVec2::from_slice(&point[..2])));
-        samples::along(self, samples, i, |point| now.add(point.truncate()));
+        for point in points {
+            data.add(DVec2::from_slice(&point[..2]));
+        }
+        samples::samples_along(self, samples, i, |point, _| now.add(point.truncate()));
         data.get() != 0.0 && now.get() * data.get().signum() < keep_area * data.get().abs()
     }
 }
 
-/// The area that a polygon encloses, positive if it goes round to the left.
+/// The signed area of a polygon, positive if it is oriented to the left.
 #[derive(Default)]
 struct Area {
     first: Option<DVec2>,
-    /// From the first point.
+    /// Relative to the first point.
     last: DVec2,
     twice: f64,
 }

@@ -1,27 +1,13 @@
-//! Curves that share points: maps whose neighbours stay neighbours.
+//! Curves that share points, such as the borders of a map.
 //!
-//! Two polygons with a common border hold its points twice. Fitted one by one they would tear: each
-//! border would get a curve of its own. A [`Topology`] finds what curves share and has it fitted
-//! once:
+//! Two polygons with a common border hold its points twice. A [`Topology`] finds what curves share
+//! and has it fitted once, so that neighbours share every sample, bit for bit:
 //!
 //! ```text
 //! curves ─► vertices: equal points ─► arcs: chains between junctions ─► strokes: arcs that go straight on ─► fit ─► the curves again
 //! ```
 //!
-//! - A *junction* is a vertex where curves part, meet or end (as in TopoJSON). Curves are cut there
-//!   into *arcs*, and equal arcs are one.
-//! - Where an arc goes straight on through a junction, both are one *stroke*: it is fitted as one
-//!   curve, whose direction does not break there.
-//! - Junctions stay where they are: their points are
-//!   [`pinned`](crate::Constraints::pinned).
-//! - A ring without a junction is a closed curve as it always was.
-//! - Of longitudes and latitudes, edges along ±180° and along the poles are the frame of the map. They stay straight, and what
-//!   meets them is fitted as an open curve that ends there.
-//! - A stroke of several arcs for which a method has no curve is [divided](Topology::divide), and its arcs are
-//!   fitted one by one: a bad place spoils the border that it lies on, and no whole coast.
-//!
-//! After the fit the curves are put together again from the strokes' spans. Curves that shared
-//! points share every sample, bit for bit.
+//! [`Sampled::mend`] repairs fitted curves that cross. `docs/guide/maps.md` describes both.
 //!
 //! ```
 //! use faircurve::{CurveBatch, Device, Sampling, spline::Natural, topology::{Options, Topology}};
@@ -74,31 +60,25 @@ pub use sampled::Sampled;
 /// A whole turn of longitude.
 const TURN: f64 = 360.0;
 
-/// Longitudes are so many turns from 0 at most.
+/// The most turns of a longitude from 0.
 const MOST_TURNS: f64 = 100.0;
 
 /// What is shared, and how borders go through junctions.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// Points within this distance of each other are one (units of the curves, 0 or more). The
-    /// first of them gives the position.
-    ///
-    /// By default 0: points that are exactly equal.
+    /// Points within this distance of each other are one, at the position of the first (units of
+    /// the curves, 0 or more). By default 0: only equal points are one.
     pub snap: f64,
     /// Arcs whose directions differ by less than this (radians) go on through a junction, the
-    /// straightest first. 0 lets every arc end at its junctions.
-    ///
-    /// By default π/4: a right angle is a corner, and so is half of it.
+    /// straightest first. With 0 every arc ends at its junctions. By default π/4.
     pub straight: f64,
-    /// Whether x is a longitude in degrees. Points whole turns apart are then one, and both sides
-    /// of the antimeridian are.
-    ///
-    /// By default false.
+    /// Whether x is a longitude in degrees. Points whole turns apart are then one. By default
+    /// false.
     pub geographic: bool,
 }
 
 impl Options {
-    /// Those that suit a batch: longitudes are taken for what they are.
+    /// The options for a batch: geographic if its x are longitudes.
     pub fn of(batch: &CurveBatch) -> Self {
         Options { geographic: batch.is_geographic(), ..Options::default() }
     }
@@ -123,30 +103,32 @@ pub struct Topology {
 impl Topology {
     /// Finds what curves share.
     ///
-    /// Curves that cannot be fitted and single points share nothing. They are strokes of their own. An edge has the
-    /// vertices of others that lie on it, within [`snap`](Options::snap) or rounding: neighbours share a border on which one
-    /// has a vertex more.
+    /// Curves that cannot be fitted and single points share nothing and are separate strokes. An
+    /// edge takes over the vertices of other curves that lie on it, within [`snap`](Options::snap)
+    /// or rounding.
     ///
     /// # Errors
-    /// - A distance or an angle that is negative or no finite number.
+    /// - A distance or an angle that is negative or not finite.
     /// - Longitudes more than a hundred turns from 0.
-    /// - A batch with parameters, weights or constraints, which belong to a curve's points and not
-    ///   to a border's.
+    /// - A batch with parameters, weights or constraints, which shared borders cannot have.
     pub fn new(batch: &CurveBatch, options: &Options) -> Result<Arc<Self>> {
         Self::of(batch, options, false)
     }
 
-    /// The frame of a map of longitudes and latitudes, without anything that curves share: `None` where no curve has a
-    /// part of it, and where points have parameters, weights or constraints.
+    #[doc(hidden)]
+    /// The topology that separates a map's frame (edges along the antimeridian and the poles) and
+    /// shares nothing.
+    ///
+    /// `None` if no curve touches the frame, or if points have parameters, weights or constraints.
     ///
     /// # Errors
-    /// Those of [`new`](Self::new).
+    /// The errors of [`new`](Self::new).
     pub fn frame(batch: &CurveBatch) -> Result<Option<Arc<Self>>> {
         let framed = batch.is_geographic() && (0..batch.len()).any(|i| frame::is_in(batch, i));
         if !framed || has_values(batch) { Ok(None) } else { Self::of(batch, &Options::of(batch), true).map(Some) }
     }
 
-    /// What curves share, or with `apart` nothing but the frame.
+    /// What curves share, or only the frame if `apart`.
     fn of(batch: &CurveBatch, options: &Options, apart: bool) -> Result<Arc<Self>> {
         let Options { snap, straight, geographic } = *options;
         for (what, value) in
@@ -181,13 +163,15 @@ impl Topology {
         &self.batch
     }
 
-    /// Numbers of the arcs that curve `i` goes along, those that it goes against as −1 − number.
+    #[doc(hidden)]
+    /// The indices of the arcs along curve `i`, as −1 − index if reversed.
     pub fn numbers(&self, i: usize) -> Vec<i64> {
         let number = |way: &Use| if way.reversed { -1 - i64::from(way.arc) } else { i64::from(way.arc) };
         self.arcs.uses[i].iter().map(number).collect()
     }
 
-    /// The points of every arc, in the order of their numbers. A closed arc repeats its first.
+    #[doc(hidden)]
+    /// The points of every arc, by index. A closed arc repeats its first point.
     pub fn arc_points(&self) -> impl Iterator<Item = Vec<Vec<f64>>> + '_ {
         (0..self.arcs.stops.len()).map(|arc| {
             let stops = &self.arcs.stops[arc];
@@ -197,9 +181,10 @@ impl Topology {
         })
     }
 
-    /// What is to be fitted: every stroke once.
+    /// The strokes to fit.
     ///
-    /// Parts of a map's frame are among them. They have a [problem](CurveBatch::problem), so that no method fits them.
+    /// Parts of a map's frame are strokes with a [problem](CurveBatch::problem), so no method fits
+    /// them.
     pub fn strokes(&self) -> &CurveBatch {
         &self.strokes.batch
     }
@@ -216,19 +201,18 @@ impl Topology {
 
     /// The curves of the batch from a fit of the [`strokes`](Self::strokes).
     ///
-    /// - A curve has the spans between its points, whose parameters are 0, 1, 2 …. Repeated points
-    ///   have no span.
+    /// - A curve has the parameters 0, 1, 2 … at its points. Repeated points have no span.
     /// - Samples are taken as by [`sample`](Self::sample).
-    /// - The report of a curve that is one whole stroke is the stroke's. Of others energy and
-    ///   iterations are the sums of all their strokes, which may go on beyond the curve; status and
-    ///   message are those of the worst.
+    /// - A curve that is one whole stroke has the stroke's report. Other reports have the sums of
+    ///   the energies and iterations of their strokes, which may go on beyond the curve, and the
+    ///   status and message of the worst stroke.
     pub fn join(self: &Arc<Self>, fit: Fit) -> Fit {
         let reports = (0..self.batch.len()).map(|i| map::report(self, &fit, i)).collect();
         let device = fit.device().clone();
         Fit::new(Map { topology: self.clone(), fit, sampled: None }, reports, device)
     }
 
-    /// Whether curve `i` is closed and not alone.
+    /// Whether curve `i` is closed and takes part in the topology.
     fn is_ring(&self, i: usize) -> bool {
         self.batch.is_closed(i) && !self.arcs.alone[self.arcs.uses[i][0].arc as usize]
     }

@@ -1,5 +1,5 @@
-//! Nesting: which rings lie around what. A fit that moves a coast over a small island crosses
-//! nothing, and yet the island is lost.
+//! Nesting of rings. A fit that moves a coast over a small island crosses nothing, yet misplaces
+//! the island.
 
 use glam::DVec2;
 use robust::{Coord, orient2d};
@@ -8,30 +8,30 @@ use rustc_hash::FxHashMap;
 use super::Topology;
 use super::samples::Samples;
 
-/// Rows that segments are sorted into by their heights.
+/// Rows into which segments are sorted by height.
 const ROWS: usize = 4096;
 
-/// Boundaries that hang together, and what is the same for all fits of a topology.
+/// Connected boundaries and the rings around them in the data.
 pub(super) struct Nesting<'a> {
     topology: &'a Topology,
-    /// The part that each arc belongs to: arcs that meet at junctions are of one.
+    /// The part of each arc. Arcs that meet at junctions belong to one part.
     part_of: Vec<u32>,
     /// The first arc of every part.
     parts: Vec<u32>,
-    /// The rings that go along each arc an odd number of times.
+    /// The rings that pass along each arc an odd number of times.
     rings: Vec<Vec<u32>>,
     /// The rings around every part, in the data.
     around: Vec<Vec<u32>>,
 }
 
-/// A part that lies elsewhere, and a ring that it has come into or out of.
+/// A part, and a ring that it has entered or left.
 pub(super) struct Misplaced {
     pub part: u32,
     pub ring: u32,
 }
 
 impl<'a> Nesting<'a> {
-    /// Of the data.
+    /// The nesting of the data.
     pub fn new(topology: &'a Topology, data: &[Samples]) -> Self {
         let arcs = &topology.arcs;
         let mut rings = vec![Vec::new(); arcs.stops.len()];
@@ -55,7 +55,7 @@ impl<'a> Nesting<'a> {
         (0..self.part_of.len()).filter(move |&arc| self.part_of[arc] == part)
     }
 
-    /// A curve of every part that is misplaced.
+    /// A curve of every misplaced part.
     pub fn curves(&self, misplaced: &[Misplaced]) -> Vec<usize> {
         let mut parts: Vec<u32> = misplaced.iter().map(|misplaced| misplaced.part).collect();
         parts.dedup();
@@ -63,7 +63,7 @@ impl<'a> Nesting<'a> {
         parts.into_iter().map(first).collect()
     }
 
-    /// Parts that have come into rings, or out of them.
+    /// Parts that have entered or left rings.
     pub fn misplaced(&self, samples: &[Samples]) -> Vec<Misplaced> {
         let now = self.around(samples);
         let mut misplaced = Vec::new();
@@ -77,17 +77,17 @@ impl<'a> Nesting<'a> {
         misplaced
     }
 
-    /// The rings around every part's first point, sorted: those that a ray to the right crosses an
-    /// odd number of times. The part's own arcs do not count.
+    /// The rings around every part's first point, sorted: the rings that a ray to the right crosses
+    /// an odd number of times. Arcs of the part do not count.
     fn around(&self, samples: &[Samples]) -> Vec<Vec<u32>> {
         let alone = &self.topology.arcs.alone;
         let counts = |arc: &usize| !alone[*arc] && !self.rings[*arc].is_empty();
         let heights = || (0..samples.len()).filter(counts).flat_map(|arc| &samples[arc].points).map(|point| point.y);
         let (low, high) = heights().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(y), h.max(y)));
-        // By halves, whose differences do not overflow.
+        // Differences of halves do not overflow.
         let share = |y: f64| (0.5 * y - 0.5 * low) / (0.5 * high - 0.5 * low);
         let row = |y: f64| ((share(y) * ROWS as f64) as usize).min(ROWS - 1);
-        // The points that are asked for, by row.
+        // The first points of parts, by row.
         let mut asked = vec![Vec::new(); ROWS];
         let start = |part: usize| samples[self.parts[part] as usize].points.first().map(|point| point.truncate());
         for part in 0..self.parts.len() {

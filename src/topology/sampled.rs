@@ -8,25 +8,25 @@ use super::samples::{self, Samples};
 use crate::curve::Sampling;
 use crate::report::Fit;
 
-/// Fitted strokes with their samples: [`Topology::sample`]. What curves share is sampled once.
+/// Fitted strokes with their samples: [`Topology::sample`].
 pub struct Sampled {
     pub(super) topology: Arc<Topology>,
     pub(super) fit: Fit,
     pub(super) sampling: Sampling,
-    /// The samples are rounded to this number of decimals.
+    /// The decimals to which samples are rounded.
     pub(super) decimals: Option<u8>,
-    /// Of every arc.
+    /// The samples of every arc.
     pub(super) samples: Vec<Samples>,
 }
 
 impl Topology {
     /// Samples a fit of the [`strokes`](Self::strokes).
     ///
-    /// Samples are taken between junctions: [`Sampling::Spacing`] divides every arc evenly, and
-    /// [`Sampling::Count`] is a count for every arc. A ring of one arc is sampled as ever.
+    /// Shared arcs are sampled once. [`Sampling::Spacing`] divides every arc evenly, and
+    /// [`Sampling::Count`] is the number per arc.
     ///
     /// # Panics
-    /// If the fit is of something else.
+    /// If the fit is not of the strokes.
     pub fn sample(self: &Arc<Self>, fit: Fit, sampling: Sampling) -> Sampled {
         assert_eq!(fit.len(), self.strokes.arcs.len(), "a fit of the strokes");
         let samples = samples::sample(self, &fit, sampling);
@@ -35,10 +35,12 @@ impl Topology {
 }
 
 impl Sampled {
-    /// The same with samples rounded to `decimals`, as a file will have them: [`faults`](Self::faults) and
-    /// [`mend`](Self::mend) refer to what is written then.
+    /// Rounds the samples to `decimals`, as a file has them, for [`faults`](Self::faults) and
+    /// [`mend`](Self::mend).
     pub fn rounded(mut self, decimals: u8) -> Self {
-        self.samples.iter_mut().for_each(|of_arc| of_arc.round(decimals));
+        for of_arc in &mut self.samples {
+            of_arc.round(decimals);
+        }
         self.decimals = Some(decimals);
         self
     }
@@ -48,7 +50,7 @@ impl Sampled {
         &self.fit
     }
 
-    /// The curves of the batch, as of [`Topology::join`], whose samples by this sampling are known.
+    /// The curves of the batch, as by [`Topology::join`], with these samples.
     pub fn join(self) -> Fit {
         let Sampled { topology, fit, sampling, samples, .. } = self;
         let reports = (0..topology.batch.len()).map(|i| report(&topology, &fit, i)).collect();

@@ -1,4 +1,4 @@
-//! [`Samples`]: the samples of arcs, each once, and those along a curve.
+//! [`Samples`]: the samples of an arc.
 
 use std::ops::Range;
 
@@ -18,7 +18,7 @@ use crate::surface::Globe;
 #[derive(Clone)]
 pub(super) struct Samples {
     pub points: Vec<DVec3>,
-    /// The number of the span, and the fraction of it.
+    /// Span + fraction of the span.
     pub t: Vec<f64>,
 }
 
@@ -32,13 +32,15 @@ impl Samples {
         }
     }
 
-    /// Leaves out points where the line repeats a point or turns back on itself, such as at the end of a bay that
-    /// rounding has closed. Ends stay, and so do lines of nothing else. The number of turns that are gone.
+    /// Leaves out points where the line repeats a point or reverses, such as at the end of a bay
+    /// that rounding has closed.
+    ///
+    /// Ends are kept, and so are lines that would vanish. Returns the number of removed reversals.
     pub fn leave_out(&mut self, closed: bool) -> usize {
         let at = |k: usize| self.points[k].truncate();
         let n = self.points.len();
         let (mut kept, mut turns, end) = (Vec::with_capacity(n), 0, n + usize::from(closed));
-        // A closed line comes back to its first point.
+        // A closed line returns to its first point.
         for k in 0..end {
             while let [.., a, b] = kept[..]
                 && (at(b) == at(k % n) || crossings::turns_back(at(a), at(b), at(k % n)))
@@ -60,8 +62,7 @@ impl Samples {
     }
 }
 
-/// Goes along the samples of curve `i`, from those of the arcs: `each` point, with the number of its
-/// span and the fraction of it.
+/// Calls `each` for the samples along curve `i`, with the span + fraction.
 pub(super) fn samples_along(topology: &Topology, arcs: &[Samples], i: usize, mut each: impl FnMut(DVec3, f64)) {
     let uses = &topology.arcs.uses[i];
     let mut before = 0;
@@ -76,25 +77,30 @@ pub(super) fn samples_along(topology: &Topology, arcs: &[Samples], i: usize, mut
             }
             each(point, before as f64 + t);
         };
-        // The next arc begins where this one ends; a closed curve ends where it began.
+        // The next arc begins where this one ends. A closed curve ends where it began.
         let ends = k + 1 == uses.len() && (closed || !topology.batch.is_closed(i));
         let all = arc.t.len();
         let count = if ends { all } else { all - 1 };
         match (way.reversed, closed) {
-            (false, _) => (0..count).for_each(|at| each(at, arc.t[at])),
-            (true, false) => (0..count).map(|k| all - 1 - k).for_each(|at| each(at, spans as f64 - arc.t[at])),
+            (false, _) => {
+                for at in 0..count {
+                    each(at, arc.t[at]);
+                }
+            }
+            (true, false) => {
+                for at in (all - count..all).rev() {
+                    each(at, spans as f64 - arc.t[at]);
+                }
+            }
             (true, true) => {
                 each(0, 0.0);
-                (1..all).rev().for_each(|at| each(at, spans as f64 - arc.t[at]));
+                for at in (1..all).rev() {
+                    each(at, spans as f64 - arc.t[at]);
+                }
             }
         }
         before += spans;
     }
-}
-
-/// The points of the samples along curve `i`.
-pub(super) fn along(topology: &Topology, arcs: &[Samples], i: usize, mut each: impl FnMut(DVec3)) {
-    samples_along(topology, arcs, i, |point, _| each(point));
 }
 
 /// The samples of every arc.
@@ -106,7 +112,9 @@ pub(super) fn sample(topology: &Topology, fit: &Fit, sampling: Sampling) -> Vec<
         arcs.map(|&arc| (arc, sample_arc(topology, &*curve, arc as usize, sampling))).collect::<Vec<_>>()
     });
     let mut samples: Vec<Option<Samples>> = (0..strokes.places.len()).map(|_| None).collect();
-    of_strokes.into_iter().flatten().for_each(|(arc, of_arc)| samples[arc as usize] = Some(of_arc));
+    for (arc, of_arc) in of_strokes.into_iter().flatten() {
+        samples[arc as usize] = Some(of_arc);
+    }
     let mut samples: Vec<Samples> =
         samples.into_iter().map(|of_arc| of_arc.expect("every arc lies on a stroke")).collect();
     meet(topology, &mut samples, None);
@@ -130,12 +138,14 @@ fn sample_arc(topology: &Topology, curve: &dyn Curve, arc: usize, sampling: Samp
     if place.reversed {
         points.reverse();
         t.reverse();
-        t.iter_mut().for_each(|t| *t = spans as f64 - *t);
+        for t in &mut t {
+            *t = spans as f64 - *t;
+        }
     }
     Samples { points, t }
 }
 
-/// Samples the arcs of some strokes again, as tight as they are and with this number of decimals.
+/// Samples the arcs of changed strokes again, at their levels and rounded to `decimals`.
 pub(super) fn sample_again(
     topology: &Topology,
     levels: &Levels,
@@ -161,7 +171,8 @@ pub(super) fn sample_again(
     }
 }
 
-/// Gives arcs that meet one point there, bit for bit: a junction's own, or else the first arc's. All are rounded then.
+/// Gives arcs that meet the same point there, bit for bit: the junction's, or else the first arc's.
+/// Then rounds all.
 pub(super) fn meet(topology: &Topology, samples: &mut [Samples], decimals: Option<u8>) {
     let mut places: FxHashMap<u32, DVec3> = FxHashMap::default();
     for (arc, stops) in topology.arcs.stops.iter().enumerate() {
@@ -183,15 +194,17 @@ pub(super) fn meet(topology: &Topology, samples: &mut [Samples], decimals: Optio
         }
     }
     if let Some(decimals) = decimals {
-        samples.iter_mut().for_each(|of_arc| of_arc.round(decimals));
+        for of_arc in samples {
+            of_arc.round(decimals);
+        }
     }
 }
 
-/// Some spans of a curve, as a curve that is open.
+/// Consecutive spans of a curve as an open curve.
 pub(super) struct Part<'a> {
     pub curve: &'a dyn Curve,
     pub spans: Range<usize>,
-    /// Whether it is a part of the map's frame, which is sampled as if it were fitted.
+    /// Whether it is a part of the map's frame, which is sampled like a fitted curve.
     pub frame: bool,
 }
 
@@ -244,7 +257,7 @@ impl Curve for Part<'_> {
         self.curve.pace(self.spans.start + span)
     }
 
-    /// Two where there are two spans, so that a ring of two arcs has an area. Every span has one.
+    /// 2 for two spans or more, so that a ring of two arcs has an area.
     fn least(&self, sampling: Sampling) -> usize {
         if matches!(sampling, Sampling::PerSpan(_)) { 1 } else { self.spans.len().min(2) }
     }

@@ -1,4 +1,4 @@
-//! Strokes: arcs joined where one goes straight through a junction, to be fitted as one curve.
+//! Strokes: arcs that go straight on through junctions, fitted as one curve.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -8,7 +8,7 @@ use crate::batch::{CurveBatch, Traced};
 use crate::constraint::Constraints;
 use crate::sort;
 
-/// Where an arc lies: its first vertex, along the stroke, is at this span of the stroke.
+/// The position of an arc in a stroke. `first` is its first span there.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Place {
     pub stroke: u32,
@@ -19,7 +19,7 @@ pub(super) struct Place {
     pub turn: i32,
 }
 
-/// What is fitted, each once.
+/// The curves to fit.
 #[derive(Clone)]
 pub(super) struct Strokes {
     pub batch: CurveBatch,
@@ -27,14 +27,13 @@ pub(super) struct Strokes {
     pub places: Vec<Place>,
     /// The arcs of every stroke, in its order.
     pub arcs: Vec<Vec<u32>>,
-    /// The junctions: vertices where three or more arcs meet, or where arcs meet that are not
-    /// joined.
+    /// The junctions: vertices where three or more arcs meet, or two that are not joined.
     pub pinned: FxHashSet<u32>,
-    /// The end that each end of an arc goes on to.
+    /// The end that continues each end of an arc.
     partner: Vec<Option<End>>,
 }
 
-/// One of both ends of an arc: 2·arc, or 2·arc + 1 for the last stop.
+/// An end of an arc: 2·arc for the first stop, 2·arc + 1 for the last.
 type End = u32;
 
 impl Strokes {
@@ -58,9 +57,7 @@ impl Strokes {
         Self::joined(batch, vertices, arcs, &meeting, partner)
     }
 
-    /// The same with the strokes `apart` taken apart: each of their arcs is a stroke.
-    ///
-    /// All other strokes stay the same. Their numbers may not.
+    /// Divides the strokes `apart` into their arcs. Other strokes are kept, with other indices.
     pub fn divided(&self, batch: &CurveBatch, vertices: &Vertices, arcs: &Arcs, apart: impl Fn(usize) -> bool) -> Self {
         let mut partner = self.partner.clone();
         for (arc, _) in self.places.iter().enumerate().filter(|(_, place)| apart(place.stroke as usize)) {
@@ -77,12 +74,12 @@ impl Strokes {
         meeting: &FxHashMap<u32, Vec<End>>,
         partner: Vec<Option<End>>,
     ) -> Self {
-        // A lone end of a line is no junction, nor is a place where two arcs go on.
+        // An end of a line is no junction, nor is a vertex where two arcs are joined.
         let goes_on = |ends: &[End]| ends.len() == 1 || (ends.len() == 2 && partner[ends[0] as usize].is_some());
         let pinned: FxHashSet<u32> =
             meeting.iter().filter(|(_, ends)| !goes_on(ends)).map(|(&vertex, _)| vertex).collect();
         let mut walk = Walk { arcs, partner: &partner, places: vec![None; arcs.stops.len()], strokes: vec![] };
-        // Open strokes begin where nothing goes on; what is left goes round.
+        // Open strokes begin at ends without a partner. The remaining strokes are closed.
         for end in (0..2 * arcs.stops.len() as u32).filter(|&end| partner[end as usize].is_none()) {
             walk.from(end);
         }
@@ -111,7 +108,7 @@ fn meeting(arcs: &Arcs) -> FxHashMap<u32, Vec<End>> {
     meeting
 }
 
-/// Pairs of ends that go on from one to the other, the straightest first.
+/// Pairs of ends that continue each other, the straightest first.
 fn pairs(vertices: &Vertices, arcs: &Arcs, ends: &[End], straight: f64) -> Vec<[End; 2]> {
     let directions: Vec<[f64; 3]> = ends.iter().map(|&end| outward(vertices, arcs, end)).collect();
     let mut candidates = Vec::new();
@@ -151,7 +148,7 @@ fn outward(vertices: &Vertices, arcs: &Arcs, end: End) -> [f64; 3] {
 struct Stroke {
     arcs: Vec<u32>,
     closed: bool,
-    /// Every stop, and the turns of longitude from the stop to the stroke.
+    /// The stops, with the turns of longitude from the stop to the stroke.
     stops: Vec<(Stop, i32)>,
 }
 
@@ -163,7 +160,7 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    /// Walks from an end of an arc as far as arcs go on, unless that arc has been walked.
+    /// Follows partners from an end of an arc, unless the arc has a place.
     fn from(&mut self, start: End) {
         if self.places[start as usize / 2].is_some() {
             return;
@@ -176,7 +173,7 @@ impl Walk<'_> {
             let stops = &self.arcs.stops[arc];
             let reversed = !end.is_multiple_of(2);
             let along: Vec<Stop> = if reversed { stops.iter().rev().copied().collect() } else { stops.clone() };
-            // The stroke's turn at the end of what was walked goes on.
+            // The stroke's turn continues.
             if let Some((last, shift)) = stroke.stops.pop() {
                 turn = last.turn + shift - along[0].turn;
             }
@@ -188,7 +185,7 @@ impl Walk<'_> {
                 Some(next) if self.places[next as usize / 2].is_none() => end = next,
                 Some(next) if next == start => {
                     let (first, last) = (stroke.stops[0], stroke.stops[stroke.stops.len() - 1]);
-                    // A chain that winds round a pole does not close.
+                    // A chain around a pole does not close.
                     if first.0.turn + first.1 == last.0.turn + last.1 {
                         stroke.closed = true;
                         stroke.stops.pop();
@@ -211,10 +208,12 @@ fn traced(
     pinned: impl Fn(u32) -> bool,
 ) -> CurveBatch {
     let d = batch.dimension();
-    // An arc without stops is a curve without points, and that curve's alone.
+    // An arc without stops belongs to one curve, which has no points.
     let mut curves = vec![0; arcs.stops.len()];
     for (i, uses) in arcs.uses.iter().enumerate() {
-        uses.iter().for_each(|use_of| curves[use_of.arc as usize] = i as u32);
+        for use_of in uses {
+            curves[use_of.arc as usize] = i as u32;
+        }
     }
     let first = |stroke: &Stroke| match stroke.stops.first() {
         Some((stop, _)) => stop.curve,

@@ -1,4 +1,4 @@
-//! [`Tight`]: curves of which some spans are cubics of their own.
+//! [`Tight`]: curves with some spans replaced by cubics.
 
 use glam::DVec3;
 use rustc_hash::FxHashMap;
@@ -10,7 +10,7 @@ use crate::parallel;
 use crate::report::{CurveSet, Fit};
 use crate::surface::Globe;
 
-/// Strokes of which some spans are tighter.
+/// Strokes with some spans replaced by cubics.
 pub(super) struct Tightened {
     pub fit: Fit,
     pub cubics: FxHashMap<u32, FxHashMap<u32, [DVec3; 4]>>,
@@ -44,11 +44,10 @@ pub(super) fn polylines(curves: &impl CurveSet, batch: &CurveBatch, sampling: Sa
         (coords.collect(), sites.iter().map(|&(span, u)| at(span, u)).collect())
     });
     let closing = |i: usize, last: f64| curves.curve(i).domain().1 - last;
-    let closed = (0..batch.len()).map(|i| batch.is_closed(i)).collect();
-    CurveBatch::from_samples(d, samples, closing, closed, batch.problems().clone(), batch.origin().clone())
+    CurveBatch::samples_of(batch, d, samples, closing)
 }
 
-/// A curve of which some spans are cubics of their own.
+/// A curve with some spans replaced by cubics.
 pub(super) struct Tight<'a> {
     pub curve: Box<dyn Curve + 'a>,
     pub cubics: &'a FxHashMap<u32, [DVec3; 4]>,
@@ -108,7 +107,7 @@ impl Curve for Tight<'_> {
 
     fn motion(&self, span: usize, piece: usize) -> Option<Motion> {
         match self.cubic(span) {
-            // Those of longitudes and latitudes are no motion on the ground.
+            // A cubic of longitudes and latitudes is no motion on the ground.
             Some(&cubic) => self.curve.globe().is_none().then(|| Motion::of_bezier(cubic)),
             None => self.curve.motion(span, piece),
         }

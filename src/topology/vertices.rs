@@ -1,33 +1,33 @@
-//! [`Vertices`]: the different positions of a batch.
+//! [`Vertices`]: the distinct positions of a batch.
 
 use rustc_hash::FxHashMap;
 
 use super::TURN;
 use crate::batch::CurveBatch;
 
-/// Points of longitudes nearer than this are one: adding whole turns has rounded them.
+/// Longitudes within this distance are one: adding whole turns rounds them.
 const ROUNDED: f64 = 1e-11;
 
-/// Cells are so many times as wide as the distance within which points are one, so that few points
-/// have to look into a neighbouring cell.
+/// The width of cells over the distance within which points are one. Few points then search a
+/// neighbouring cell.
 const CELL: f64 = 64.0;
 
-/// The different positions of a batch, and which of them every point has.
+/// The distinct positions of a batch, and the position of every point.
 #[derive(Clone)]
 pub(super) struct Vertices {
     /// The vertex of every point of the batch.
     pub of: Vec<u32>,
-    /// Whole turns of longitude from the vertex to the point. All 0 where x is no longitude.
+    /// Whole turns of longitude from the vertex to the point, 0 if x is not a longitude.
     pub turns: Vec<i32>,
-    /// The position of every vertex: of longitudes that from −180 to 180.
+    /// The position of every vertex, longitudes from −180 to 180.
     pub positions: Vec<[f64; 3]>,
 }
 
 impl Vertices {
-    /// Finds equal points: those within `snap` of each other, or exactly equal ones for 0.
+    /// Finds points within `snap` of each other, or equal points if `snap` is 0.
     ///
     /// With `turning` x is a longitude, and points whole turns apart are equal. Points of curves in
-    /// `alone` equal no others, and with `apart` none of other curves.
+    /// `alone` equal no others. With `apart` points equal no points of other curves.
     pub fn new(batch: &CurveBatch, snap: f64, turning: bool, apart: bool, alone: &[bool]) -> Self {
         let d = batch.dimension();
         let snap = if turning { snap.max(ROUNDED) } else { snap };
@@ -42,7 +42,7 @@ impl Vertices {
                 let turn = if turning && !alone { (point[0] / TURN).round() } else { 0.0 };
                 let mut position = [point[0] - TURN * turn, point[1], point.get(2).copied().unwrap_or(0.0)];
                 let mut turn = turn as i32;
-                // Both sides of the antimeridian are the same place.
+                // Both sides of the antimeridian are the same position.
                 if turning && position[0] >= 0.5 * TURN - snap {
                     position[0] -= TURN;
                     turn += 1;
@@ -54,7 +54,7 @@ impl Vertices {
         Vertices { of, turns, positions: found.positions }
     }
 
-    /// The position of a vertex so many turns away.
+    /// The position of a vertex, shifted by `turn` turns.
     pub fn position(&self, vertex: u32, turn: i32) -> [f64; 3] {
         let [x, y, z] = self.positions[vertex as usize];
         [if turn == 0 { x } else { x + TURN * f64::from(turn) }, y, z]
@@ -76,7 +76,7 @@ impl Found {
         (self.positions.len() - 1) as u32
     }
 
-    /// The vertex of a position, a new one if there is none.
+    /// The vertex of a position, added if it is new.
     fn vertex(&mut self, position: [f64; 3]) -> u32 {
         if self.snap == 0.0 {
             // 0 and −0 are one.
