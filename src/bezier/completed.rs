@@ -1,18 +1,17 @@
-//! [`Completed`]: control points found, and what can be done with them.
+//! [`Completed`]: completed chains, their elevation and reduction.
 
 use super::MOST_DEGREE;
 use super::curves::Chains;
 use super::linear::{elevate, reduce};
-use super::polygons::Controls;
-use crate::batch::CurveBatch;
+use crate::batch::{CurveBatch, Unfitted};
 use crate::device::{Device, DeviceReport};
 use crate::error::Result;
 use crate::report::{CurveReport, Fit};
 use crate::status::CurveStatus;
 
-/// Chains of Béziers, one a curve of the batch, with a report each.
+/// Chains of Béziers, one per curve of the batch, with a report each.
 ///
-/// A curve that could not be completed is what came in.
+/// A curve that could not be completed keeps its control points.
 #[derive(Clone, Debug)]
 pub struct Completed {
     pub(super) chains: Chains,
@@ -28,7 +27,7 @@ impl Completed {
         &self.chains.control
     }
 
-    /// One report a curve. The energy is that of its control points, in the units of the input.
+    /// One report per curve, with the energy of its control points in the units of the input.
     pub fn reports(&self) -> &[CurveReport] {
         &self.reports
     }
@@ -48,9 +47,9 @@ impl Completed {
         Fit::new(self.chains, self.reports, self.device)
     }
 
-    /// The same curves with pieces of a degree higher by `by` ([`elevate()`]).
+    /// Raises the degree of all pieces by `by` ([`elevate()`]).
     ///
-    /// Curves that would pass [`MOST_DEGREE`] stay as they are and become `invalid`.
+    /// Curves that would pass [`MOST_DEGREE`] keep their degree and become `invalid`.
     ///
     /// # Errors
     /// On a GPU the errors of submissions.
@@ -65,11 +64,11 @@ impl Completed {
         Ok(self)
     }
 
-    /// Curves of a degree lower by `by` near these ([`reduce()`]).
+    /// Approximates all pieces by pieces of a degree lower by `by` ([`reduce()`]).
     ///
-    /// Pieces keep their ends, but joints of a chain lose their smoothness. The reports' deviations
-    /// are bounds of the change. Pieces of degree `by` or less stay as they are, and the curve
-    /// becomes `invalid`.
+    /// Pieces keep their ends. Joints of a chain lose their smoothness. The reports' deviations
+    /// bound the change. A curve whose pieces have degree `by` or less keeps them and becomes
+    /// `invalid`.
     ///
     /// # Errors
     /// On a GPU the errors of submissions.
@@ -87,7 +86,7 @@ impl Completed {
         Ok(self)
     }
 
-    /// Marks a curve as invalid if `sentence` says what is wrong with its degree.
+    /// Marks curves as invalid if `sentence` finds fault with their degree.
     fn refuse(&mut self, sentence: impl Fn(usize) -> Option<String>) {
         for i in 0..self.reports.len() {
             if let Some(what) = self.chains.degrees[i].and_then(&sentence) {
@@ -100,40 +99,53 @@ impl Completed {
     }
 }
 
-impl Chains {
-    /// Every piece as a polygon of its own, joints repeated.
-    fn separate(&self) -> Controls {
-        let mut pieces = Controls { dimension: self.control.dimension(), coords: Vec::new(), offsets: vec![0] };
-        for i in 0..self.degrees.len() {
-            for piece in 0..self.pieces(i) {
-                self.piece(i, piece).for_each(|point| pieces.coords.extend_from_slice(point));
-                pieces.offsets.push(pieces.coords.len() / pieces.dimension);
-            }
+/// The result of a method, assembled curve by curve.
+pub(super) struct Assembly<'a> {
+    batch: &'a CurveBatch,
+    coords: Vec<f64>,
+    offsets: Vec<usize>,
+    degrees: Vec<Option<usize>>,
+    knots: Vec<Vec<f64>>,
+    reports: Vec<CurveReport>,
+}
+
+impl<'a> Assembly<'a> {
+    pub fn new(batch: &'a CurveBatch) -> Self {
+        Assembly {
+            batch,
+            coords: Vec::with_capacity(batch.coords().len()),
+            offsets: vec![0],
+            degrees: Vec::with_capacity(batch.len()),
+            knots: Vec::with_capacity(batch.len()),
+            reports: Vec::with_capacity(batch.len()),
         }
-        pieces
     }
 
-    /// Replaces the pieces by pieces of another degree.
-    fn join(&mut self, pieces: &Controls) {
-        let dimension = pieces.dimension;
-        let (mut coords, mut offsets) = (Vec::new(), vec![0]);
-        let mut next = 0;
-        for i in 0..self.degrees.len() {
-            let count = self.pieces(i);
-            match self.degrees[i] {
-                None => coords.extend_from_slice(self.control.points(i)),
-                Some(_) => {
-                    for piece in next..next + count {
-                        let points = pieces.points(piece);
-                        let last = piece + 1 == next + count && !self.control.is_closed(i);
-                        coords.extend_from_slice(&points[..points.len() - if last { 0 } else { dimension }]);
-                    }
-                    self.degrees[i] = Some(pieces.polygons().count(next) - 1);
-                }
-            }
-            next += count;
-            offsets.push(coords.len() / dimension);
+    /// Appends a completed curve. Empty `knots` stand for 0, 1, 2 ….
+    pub fn push(&mut self, coords: &[f64], degree: usize, knots: Vec<f64>, report: CurveReport) {
+        self.push_any(coords, Some(degree), knots, report);
+    }
+
+    /// Appends the next curve of the batch unchanged.
+    pub fn push_unfitted(&mut self, Unfitted { status, message }: Unfitted) {
+        let points = self.batch.points(self.reports.len());
+        self.push_any(points, None, Vec::new(), CurveReport::unfitted(status, message));
+    }
+
+    fn push_any(&mut self, coords: &[f64], degree: Option<usize>, knots: Vec<f64>, report: CurveReport) {
+        self.coords.extend_from_slice(coords);
+        self.offsets.push(self.coords.len() / self.batch.dimension());
+        self.degrees.push(degree);
+        self.knots.push(knots);
+        self.reports.push(report);
+    }
+
+    pub fn finish(self, device: DeviceReport) -> Completed {
+        let Assembly { batch, coords, offsets, degrees, knots, reports } = self;
+        let mut control = batch.with_points(coords, offsets);
+        for (i, report) in reports.iter().enumerate().filter(|(i, _)| degrees[*i].is_none()) {
+            control.refuse_as(i, report.status, report.message.clone().unwrap_or_default());
         }
-        self.control = self.control.with_points(coords, offsets);
+        Completed { chains: Chains { control, degrees, knots }, reports, device }
     }
 }

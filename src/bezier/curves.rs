@@ -3,41 +3,29 @@
 use std::borrow::Cow;
 
 use super::MOST_DEGREE;
+use super::polygons::Controls;
 use crate::batch::CurveBatch;
 use crate::curve::convert;
 use crate::curve::measure::inlined_measures;
 use crate::curve::{Curve, Jet, Polygon, Sampling, vector};
 use crate::motion::Motion;
 use crate::parallel;
-use crate::report::{CurveReport, CurveSet};
+use crate::report::CurveSet;
 use glam::DVec3;
 
-/// Control points of chains of Béziers, each of its own degree.
+/// Control points of chains of Béziers of any degrees.
 ///
 /// Pieces share their joints. A closed chain does not repeat its first point.
 #[derive(Clone, Debug)]
 pub(super) struct Chains {
     pub control: CurveBatch,
-    /// The degree of the pieces of each curve, or `None` for a curve that could not be completed.
+    /// The degree of each curve's pieces, or `None` for a curve that could not be completed.
     pub degrees: Vec<Option<usize>>,
-    /// Parameters of the joints of each curve. Without them the parameters are 0, 1, 2 ….
-    pub knots: Option<Vec<Vec<f64>>>,
+    /// Parameters of the joints of each curve, or none for 0, 1, 2 ….
+    pub knots: Vec<Vec<f64>>,
 }
 
 impl Chains {
-    /// Chains whose curves without a degree could not be completed, for what their reports say.
-    pub fn new(
-        mut control: CurveBatch,
-        degrees: Vec<Option<usize>>,
-        knots: Option<Vec<Vec<f64>>>,
-        reports: &[CurveReport],
-    ) -> Self {
-        for (i, report) in reports.iter().enumerate().filter(|(i, _)| degrees[*i].is_none()) {
-            control.refuse_as(i, report.status, report.message.clone().unwrap_or_default());
-        }
-        Chains { control, degrees, knots }
-    }
-
     /// Number of pieces of curve `i`.
     pub fn pieces(&self, i: usize) -> usize {
         let points = self.control.count(i);
@@ -54,6 +42,44 @@ impl Chains {
         let (points, d, degree) = (self.control.points(i), self.control.dimension(), self.degrees[i].unwrap_or(0));
         let count = points.len() / d;
         (piece * degree..=(piece + 1) * degree).map(move |k| &points[k % count * d..][..d])
+    }
+
+    /// All pieces as separate polygons, with repeated joints.
+    pub fn separate(&self) -> Controls {
+        let mut pieces = Controls { dimension: self.control.dimension(), coords: Vec::new(), offsets: vec![0] };
+        for i in 0..self.degrees.len() {
+            for piece in 0..self.pieces(i) {
+                for point in self.piece(i, piece) {
+                    pieces.coords.extend_from_slice(point);
+                }
+                pieces.offsets.push(pieces.coords.len() / pieces.dimension);
+            }
+        }
+        pieces
+    }
+
+    /// Replaces the pieces by pieces of another degree.
+    pub fn join(&mut self, pieces: &Controls) {
+        let dimension = pieces.dimension;
+        let (mut coords, mut offsets) = (Vec::new(), vec![0]);
+        let mut next = 0;
+        for i in 0..self.degrees.len() {
+            let count = self.pieces(i);
+            match self.degrees[i] {
+                None => coords.extend_from_slice(self.control.points(i)),
+                Some(_) => {
+                    for piece in next..next + count {
+                        let points = pieces.points(piece);
+                        let last = piece + 1 == next + count && !self.control.is_closed(i);
+                        coords.extend_from_slice(&points[..points.len() - if last { 0 } else { dimension }]);
+                    }
+                    self.degrees[i] = Some(pieces.polygons().count(next) - 1);
+                }
+            }
+            next += count;
+            offsets.push(coords.len() / dimension);
+        }
+        self.control = self.control.with_points(coords, offsets);
     }
 
     fn sample(&self, i: usize, sampling: Sampling) -> (Vec<f64>, Vec<f64>) {
@@ -76,9 +102,9 @@ impl CurveSet for Chains {
     fn curve(&self, i: usize) -> Box<dyn Curve + '_> {
         match self.degrees[i] {
             Some(degree) => {
-                let knots = match &self.knots {
-                    Some(knots) => Cow::Borrowed(&knots[i][..]),
-                    None => (0..=self.pieces(i)).map(|k| k as f64).collect(),
+                let knots = match self.knots[i].is_empty() {
+                    false => Cow::Borrowed(&self.knots[i][..]),
+                    true => (0..=self.pieces(i)).map(|k| k as f64).collect(),
                 };
                 Box::new(Chain { chains: self, i, degree, knots })
             }
@@ -90,19 +116,9 @@ impl CurveSet for Chains {
     }
 
     fn polylines(&self, sampling: Sampling) -> CurveBatch {
-        let curves = 0..self.control.len();
-        let samples = parallel::map(curves.len(), 64, |i| self.sample(i, sampling));
+        let samples = parallel::map(self.control.len(), 64, |i| self.sample(i, sampling));
         let closing = |i: usize, last: f64| self.degrees[i].map_or(1.0, |_| self.curve(i).domain().1 - last);
-        let problems = curves.clone().filter_map(|i| Some((i, self.control.problem(i)?.clone()))).collect();
-        let closed = curves.map(|i| self.control.is_closed(i)).collect();
-        CurveBatch::from_samples(
-            self.control.dimension(),
-            samples,
-            closing,
-            closed,
-            problems,
-            self.control.origin().clone(),
-        )
+        CurveBatch::samples_of(&self.control, self.control.dimension(), samples, closing)
     }
 }
 
@@ -132,7 +148,9 @@ impl Curve for Chain<'_> {
 
     fn jet(&self, span: usize, u: f64) -> Jet {
         let mut points = [DVec3::ZERO; MOST_DEGREE + 1];
-        self.chains.piece(self.i, span).zip(&mut points).for_each(|(coords, point)| *point = vector(coords));
+        for (point, coords) in points.iter_mut().zip(self.chains.piece(self.i, span)) {
+            *point = vector(coords);
+        }
         de_casteljau(&mut points[..=self.degree], u, self.pace(span))
     }
 
@@ -142,7 +160,7 @@ impl Curve for Chain<'_> {
 
     fn beziers(&self, tolerance: f64) -> Vec<[DVec3; 4]> {
         if self.degree > 3 {
-            // Control points inside a piece may be far larger than its ends.
+            // Inner control points may be far larger than the ends.
             let controls = (0..self.spans()).flat_map(|piece| self.chains.piece(self.i, piece).flatten());
             let largest = controls.fold(0.0, |largest: f64, x| largest.max(x.abs()));
             return convert::beziers_of_size(&self, largest, tolerance);
@@ -157,7 +175,9 @@ impl Chain<'_> {
     /// A piece of degree 3 or less as a cubic.
     fn cubic(&self, piece: usize) -> [DVec3; 4] {
         let mut points = [DVec3::ZERO; 4];
-        self.chains.piece(self.i, piece).zip(&mut points).for_each(|(coords, point)| *point = vector(coords));
+        for (point, coords) in points.iter_mut().zip(self.chains.piece(self.i, piece)) {
+            *point = vector(coords);
+        }
         let [a, b, c, _] = points;
         match self.degree {
             0 => [a; 4],
@@ -170,8 +190,8 @@ impl Chain<'_> {
 
 /// Point and derivatives of a Bézier curve at the fraction `u` of a span of this length.
 ///
-/// The control points are overwritten. The last columns of the triangle hold the differences for
-/// the derivatives: X⁽ʳ⁾ = d!/(d−r)! Δʳ of the r + 1 points that are left.
+/// The control points are overwritten. The derivatives are X⁽ʳ⁾ = d!/(d−r)! Δʳ of the r + 1 points
+/// that are left in a column of the triangle.
 fn de_casteljau(points: &mut [DVec3], u: f64, length: f64) -> Jet {
     let degree = points.len() - 1;
     let mut jet = Jet::default();
@@ -186,7 +206,7 @@ fn de_casteljau(points: &mut [DVec3], u: f64, length: f64) -> Jet {
             _ => {}
         }
         for k in 0..left {
-            // The ends are met bit for bit.
+            // The ends keep their bits.
             points[k] = if u == 1.0 { points[k + 1] } else { points[k].lerp(points[k + 1], u) };
         }
     }

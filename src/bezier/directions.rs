@@ -1,8 +1,8 @@
 //! Directions at the ends: first derivatives whose length, the speed, is free.
 //!
-//! With X′(0) = α T₀ and X′(1) = β T₁ the least energy is a quadratic function of α and β. Its
-//! coefficients are inner products of columns of the energy's rows. Directions ask for α, β > 0. If
-//! the least is at 0 or on the far side of it, no curve has the direction and the least energy.
+//! With X′(0) = α T₀ and X′(1) = β T₁ the least energy is a quadratic function of α and β > 0. Its
+//! coefficients are inner products of columns of the energy's rows. If its minimum is at or below
+//! 0, no curve attains it.
 
 use super::operator::Operator;
 use super::pattern::Pattern;
@@ -15,19 +15,18 @@ pub(super) struct Speeds {
     products: [Vec<f64>; 2],
 }
 
-/// The largest change of an energy that counts as none, relative to the largest entry of its form.
-///
-/// It is the rounding of some thirty terms.
+/// Changes of the energy below this, relative to the largest entry of its form, count as 0: the
+/// rounding of some thirty terms.
 const NOTHING: f64 = 1e-13;
 
-/// What became of the speeds.
+/// The result of the search for speeds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Found {
-    /// The speeds at both ends; 1 where no direction is given.
+    /// The speeds at both ends, 1 without a direction.
     Speeds([f64; 2]),
-    /// The energy does not depend on the speeds. The vectors stay as they are.
+    /// The energy does not depend on the speeds, and the vectors are kept.
     Any,
-    /// The energy is least where the curve stands still at this end.
+    /// The energy falls as the speed at this end goes to 0.
     Still(usize),
 }
 
@@ -77,8 +76,7 @@ impl Speeds {
             }
             _ => {}
         }
-        // If one of them is held at 0 the other may change its sign. The least energy stays on the
-        // border all the same.
+        // With one speed held at 0 the other may change its sign. The minimum stays on the border.
         match ends.iter().find(|&&(end, _)| speeds[end].is_nan() || speeds[end] <= 0.0) {
             Some(&(end, _)) => Found::Still(end),
             None => Found::Speeds(speeds),

@@ -1,4 +1,4 @@
-//! [`Eigenstructure`]: which control polygons bend most, and which do not bend at all.
+//! [`Eigenstructure`]: the eigenvalues and eigenvectors of the energy matrix.
 
 use super::energy::Energy;
 use crate::error::Result;
@@ -7,8 +7,8 @@ use crate::error::Result;
 ///
 /// With Qₖ = vₖᵀ P the energy is Σ λₖ |Qₖ|² (Eberly, section 3).
 ///
-/// As many eigenvalues are 0 as the order of the energy (or d + 1, if that is less). Their control
-/// polygons are polynomials in the number of the control point: curves of lower degree, elevated.
+/// The energy's order is the number of zero eigenvalues (at most d + 1). Their control polygons are
+/// polynomials in the index of the control point: elevated curves of lower degree.
 ///
 /// ```
 /// use faircurve::bezier::{Eigenstructure, Energy};
@@ -35,7 +35,7 @@ impl Eigenstructure {
     /// An eigenvalue λ is good to some ε √(λ λ₀), where λ₀ is the largest.
     ///
     /// # Errors
-    /// An energy that weighs nothing.
+    /// An energy without a positive weight.
     pub fn new(degree: usize, energy: &Energy) -> Result<Self> {
         energy.check()?;
         let count = degree + 1;
@@ -52,16 +52,18 @@ impl Eigenstructure {
             let vector = orthonormal(monomial, &vectors);
             vectors.push(vector);
         }
-        vectors.iter_mut().for_each(|vector| orient(vector));
+        for vector in &mut vectors {
+            orient(vector);
+        }
         Ok(Eigenstructure { values, vectors })
     }
 }
 
 /// Squares of the singular values, and right singular vectors, of a matrix given by its columns.
 ///
-/// Pairs of columns are rotated until all columns are orthogonal (Hestenes 1958). That finds small
-/// values to their own digits where these can be had (Demmel and Veselić 1992). nalgebra's method,
-/// by a bidiagonal matrix, is wrong in the eleventh digit at degree 5 and order 3.
+/// Pairs of columns are rotated until all columns are orthogonal (Hestenes 1958), which gives small
+/// values to high relative accuracy (Demmel and Veselić 1992). nalgebra's bidiagonalisation is
+/// wrong in the eleventh digit at degree 5 and order 3.
 fn right_singular(mut columns: Vec<Vec<f64>>) -> Vec<(f64, Vec<f64>)> {
     let count = columns.len();
     let mut vectors: Vec<Vec<f64>> =
@@ -94,7 +96,7 @@ fn right_singular(mut columns: Vec<Vec<f64>>) -> Vec<(f64, Vec<f64>)> {
     columns.iter().map(|column| dot(column, column)).zip(vectors).collect()
 }
 
-/// Ten sweeps suffice for 31 columns. Columns of nothing but rounding would go on turning.
+/// Ten sweeps suffice for 31 columns. Columns of mere rounding would rotate forever.
 const MOST_SWEEPS: usize = 30;
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -107,18 +109,24 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 fn orthonormal(mut vector: Vec<f64>, others: &[Vec<f64>]) -> Vec<f64> {
     for other in others.iter().chain(others) {
         let along = dot(&vector, other);
-        vector.iter_mut().zip(other).for_each(|(x, y)| *x -= along * y);
+        for (x, y) in vector.iter_mut().zip(other) {
+            *x -= along * y;
+        }
     }
     let length = dot(&vector, &vector).sqrt();
-    vector.iter_mut().for_each(|x| *x /= length);
+    for x in &mut vector {
+        *x /= length;
+    }
     vector
 }
 
-/// A part this small beside a unit vector is nothing but rounding.
+/// A component this small of a unit vector is rounding.
 const NOTHING: f64 = 1e-12;
 
 fn orient(vector: &mut [f64]) {
     if vector.iter().find(|x| x.abs() > NOTHING).is_some_and(|&x| x < 0.0) {
-        vector.iter_mut().for_each(|x| *x = -*x);
+        for x in vector {
+            *x = -*x;
+        }
     }
 }

@@ -10,7 +10,7 @@ use num_traits::Zero;
 use super::exact::{Matrix, binomial, falling, ratio, to_f64};
 use crate::error::{Error, Result};
 
-/// The energy that a completed curve makes least: Σ weights\[r−1\] ∫₀¹ |X⁽ʳ⁾|² dt, r = 1, 2, 3.
+/// The energy that a completed curve minimises: Σ weights\[r−1\] ∫₀¹ |X⁽ʳ⁾|² dt, r = 1, 2, 3.
 ///
 /// ```
 /// use faircurve::bezier::Energy;
@@ -19,7 +19,7 @@ use crate::error::{Error, Result};
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Energy {
-    /// Weights of ∫|X′|², ∫|X″|² and ∫|X‴|². None is negative, and one at least is positive.
+    /// Weights of ∫|X′|², ∫|X″|² and ∫|X‴|²: 0 or more, at least one positive.
     pub weights: [f64; 3],
 }
 
@@ -44,7 +44,7 @@ impl Energy {
         Energy { weights: std::array::from_fn(|k| f64::from(u8::from(k + 1 == r))) }
     }
 
-    /// The least order with a weight. That many known points determine a curve.
+    /// The least order with a weight. At least this many known points determine a curve.
     pub fn order(&self) -> Option<usize> {
         self.weights.iter().position(|&weight| weight > 0.0).map(|k| k + 1)
     }
@@ -68,6 +68,7 @@ impl Energy {
         self.weights.iter().enumerate().filter(|(_, weight)| **weight > 0.0).map(|(k, &weight)| (k + 1, weight))
     }
 
+    #[doc(hidden)]
     /// M of the whole energy, exact for the f64 weights. The energy of a coordinate is Pᵀ M P.
     pub fn matrix(&self, degree: usize) -> Matrix {
         let zero = Matrix::from_fn(degree + 1, degree + 1, |_, _| BigRational::zero());
@@ -77,11 +78,11 @@ impl Energy {
         })
     }
 
-    /// F with M = FᵀF, row after row (columns: control points).
+    /// F with M = FᵀF, row by row (columns: control points).
     ///
-    /// The rows are the coefficients of √weight X⁽ʳ⁾ in orthonormal Legendre polynomials. An energy
-    /// as
-    /// |F P|² has no more error than the rounding of coordinates brings, however near to 0 it is.
+    /// The rows are the coefficients of √weight X⁽ʳ⁾ in orthonormal Legendre polynomials. The
+    /// energy
+    /// |F P|² keeps its relative accuracy near 0.
     pub(super) fn factor(&self, degree: usize) -> Vec<f64> {
         let rows = |(order, weight): (usize, f64)| {
             let legendre = legendre_matrix(degree, order);
@@ -117,8 +118,7 @@ pub fn energy_matrix(degree: usize, order: usize) -> Matrix {
 
 /// M by Eberly's recursion for the Beta function (section 5 of the paper).
 ///
-/// It integrates the terms of X⁽ʳ⁾ one by one. It is slower than [`energy_matrix`] and serves as a
-/// check of it.
+/// It integrates the terms of X⁽ʳ⁾ one by one, and serves as a check of [`energy_matrix`].
 pub fn energy_matrix_by_beta(degree: usize, order: usize) -> Matrix {
     let beta = beta_table(2 * degree);
     // X⁽ʳ⁾ by Leibniz' rule: coefficients of tᵖ (1−t)^(d−r−p), p = i − k.

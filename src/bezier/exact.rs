@@ -1,4 +1,4 @@
-//! Matrices of exact rationals, as far as Bézier curves of degree 30 need them.
+//! Matrices of exact rationals for Bézier curves of degree up to 30.
 
 // Index loops read as the formulas do.
 #![allow(clippy::needless_range_loop)]
@@ -48,7 +48,7 @@ impl Matrix {
         self.entries.iter().map(to_f64).collect()
     }
 
-    /// The product with another matrix of as many rows as this has columns.
+    /// The matrix product.
     pub fn times(&self, other: &Matrix) -> Matrix {
         assert_eq!(self.columns, other.rows, "factors that do not fit");
         Matrix::from_fn(self.rows, other.columns, |i, j| {
@@ -117,7 +117,7 @@ pub(super) fn solve(system: &Matrix, unknowns: usize) -> Option<Solutions> {
         return None;
     }
     let row_of = |column: usize| pivots.iter().position(|&pivot| pivot == column);
-    // To reduce the fractions would take longer than all the rest.
+    // Reducing the fractions would take longer than the elimination.
     let entry = |i: usize, column: usize| {
         let numerator = &rows[row_of(i)?][column];
         let numerator = if denominator.is_negative() { -numerator } else { numerator.clone() };
@@ -139,7 +139,7 @@ fn common_denominator(entries: &[BigRational]) -> BigInt {
     fractions.fold(BigInt::one(), |common, x| common.lcm(x.denom()))
 }
 
-/// A row times the least number that makes its entries whole.
+/// A row times the least number that makes its entries integers.
 fn integers(system: &Matrix, i: usize) -> Vec<BigInt> {
     let row = &system.entries[i * system.columns..(i + 1) * system.columns];
     let common = common_denominator(row);
@@ -148,8 +148,8 @@ fn integers(system: &Matrix, i: usize) -> Vec<BigInt> {
 
 /// Reduced row echelon form without fractions.
 ///
-/// The method is Bareiss 1968, in the manner of Gauss and Jordan: all divisions are exact. Returns
-/// the columns of the pivots, one a row from the first on, and the final value of all pivots.
+/// Gauss–Jordan elimination by Bareiss (1968), whose divisions are exact. Returns the column of
+/// each row's pivot, and the final value of all pivots.
 fn echelon(rows: &mut [Vec<BigInt>], unknowns: usize) -> (Vec<usize>, BigInt) {
     let mut pivots = Vec::new();
     let mut last = BigInt::one();

@@ -8,8 +8,8 @@ mod tests;
 
 use std::ops::Range;
 
-use super::complete::NONE;
 use super::operator::{BLOCK, Operator};
+use super::prepared::NONE;
 use super::ready::MOST_DATA;
 use crate::error::{Error, Result};
 use crate::gpu::plan::{self, LOOP_TURNS};

@@ -1,4 +1,4 @@
-//! Operations with one matrix for each degree: elevation, reduction, division, evaluation.
+//! Operations with one matrix per degree: elevation, reduction, division, evaluation.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -6,7 +6,7 @@ use super::MOST_DEGREE;
 use super::exact::{Matrix, binomial, ratio, solve};
 use super::gpu::transform_on_gpu;
 use super::operator::Operator;
-use super::polygons::{Controls, Polygons};
+use super::polygons::{Controls, Polygons, in_dimension};
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::linalg::{self, Operation, take, tasks};
@@ -15,11 +15,10 @@ use crate::ragged;
 use num_rational::BigRational;
 use num_traits::{One, Zero};
 
-/// The same curves as curves of a degree higher by `by`.
+/// Raises the degree of all curves by `by`.
 ///
-/// Q = T P with T\[i\]\[j\] = C(d,j) C(by,i−j) / C(d+by,i). That is the product of `by` elevations
-/// Qᵢ = i/(d+1) Pᵢ₋₁ + (1 − i/(d+1)) Pᵢ. End points keep their bits. The others are averages, good
-/// to rounding.
+/// Q = T P with T\[i\]\[j\] = C(d,j) C(by,i−j) / C(d+by,i), the product of `by` elevations Qᵢ =
+/// i/(d+1) Pᵢ₋₁ + (1 − i/(d+1)) Pᵢ. End points keep their bits. The others are good to rounding.
 ///
 /// ```
 /// use faircurve::{Device, bezier::{Polygons, elevate}};
@@ -34,7 +33,7 @@ use num_traits::{One, Zero};
 /// - Degrees beyond [`MOST_DEGREE`].
 /// - On a GPU the errors of submissions.
 ///
-/// Curves without control points stay so.
+/// Curves without control points are kept.
 pub fn elevate(polygons: &Polygons, by: usize, device: &Device) -> Result<Controls> {
     polygons.check()?;
     if let Some(i) =
@@ -48,16 +47,13 @@ pub fn elevate(polygons: &Polygons, by: usize, device: &Device) -> Result<Contro
     transform(polygons, |degree| elevation_matrix(degree, by), device)
 }
 
-/// The curves of a degree lower by `by`, with the same end points, of least ∫|X − Y|² dt.
+/// Lowers the degree of all curves by `by`, keeping end points and minimising ∫|X − Y|² dt.
 ///
-/// Each curve comes with a bound of its distance from the given one: the largest difference of
-/// control points after elevation.
-///
-/// A curve that is of lower degree already comes out exact but for rounding. Degree 1 at least must
-/// remain, so curves of degree `by` or less are an error.
+/// Also returns a bound of each curve's distance from the given one: the largest difference of
+/// control points after elevation. An elevated curve is recovered to rounding.
 ///
 /// # Errors
-/// Those of [`elevate`], and a curve whose degree is too low.
+/// The errors of [`elevate`], and curves of degree `by` or less.
 pub fn reduce(polygons: &Polygons, by: usize, device: &Device) -> Result<(Controls, Vec<f64>)> {
     polygons.check()?;
     let wrong =
@@ -80,9 +76,9 @@ pub fn reduce(polygons: &Polygons, by: usize, device: &Device) -> Result<(Contro
     Ok((reduced, bounds))
 }
 
-/// Both parts of every curve, before and after the parameter t, each on \[0, 1\] again.
+/// Divides every curve at the parameter t by de Casteljau's algorithm.
 ///
-/// The control points are those of de Casteljau. Any degree is possible.
+/// Both parts have parameters from 0 to 1. Any degree is possible.
 ///
 /// # Errors
 /// - Arrays that do not fit together.
@@ -103,10 +99,10 @@ pub fn split(polygons: &Polygons, t: f64, device: &Device) -> Result<[Controls; 
     Ok([transform(polygons, first, device)?, transform(polygons, second, device)?])
 }
 
-/// Every curve's points at the same parameters, by de Casteljau's algorithm.
+/// Evaluates every curve at the same parameters by de Casteljau's algorithm.
 ///
-/// A curve has as many points as there are parameters, in their order. Errors stay below d/2
-/// roundings of the largest coordinate for parameters from 0 to 1. Any degree is possible.
+/// The result has one point per parameter and curve. Errors are below d/2 roundings of the largest
+/// coordinate for parameters from 0 to 1. Any degree is possible.
 ///
 /// # Errors
 /// - Arrays that do not fit together.
@@ -142,8 +138,7 @@ pub(super) fn exact_elevation(degree: usize, by: usize) -> Matrix {
     })
 }
 
-/// Solves the normal equations of the inner control points exactly: ∫ Bᵢᵐ (Y − X) dt = 0, m = d −
-/// by.
+/// Solves the normal equations ∫ Bᵢᵐ (Y − X) dt = 0, m = d − by, exactly.
 fn reduction_matrix(degree: usize, by: usize) -> Operator<f64> {
     let m = degree - by;
     let product =
@@ -165,7 +160,7 @@ fn reduction_matrix(degree: usize, by: usize) -> Operator<f64> {
     }))
 }
 
-/// Applies to every curve the matrix of its degree, whose rows sum to 1.
+/// Applies the matrix of its degree to every curve. The matrix's rows sum to 1.
 fn transform(polygons: &Polygons, matrix: impl Fn(usize) -> Operator<f64> + Sync, device: &Device) -> Result<Controls> {
     let counts: BTreeSet<usize> = (0..polygons.len()).map(|i| polygons.count(i)).filter(|&count| count > 0).collect();
     let counts: BTreeMap<usize, Operator<f64>> =
@@ -174,34 +169,24 @@ fn transform(polygons: &Polygons, matrix: impl Fn(usize) -> Operator<f64> + Sync
     let offsets = ragged::offsets((0..polygons.len()).map(made_of));
     let coords = vec![0.0; offsets[polygons.len()] * polygons.dimension];
     let mut made = Controls { dimension: polygons.dimension, coords, offsets };
-    match (device.as_gpu(), polygons.dimension) {
-        (Some(gpu), dimension) => {
+    match device.as_gpu() {
+        Some(gpu) => {
             let precision = device.kernel_precision(gpu, true)?;
-            match dimension {
-                1 => transform_on_gpu::<1>(gpu, precision, polygons, &counts, &mut made)?,
-                2 => transform_on_gpu::<2>(gpu, precision, polygons, &counts, &mut made)?,
-                3 => transform_on_gpu::<3>(gpu, precision, polygons, &counts, &mut made)?,
-                _ => transform_on_gpu::<4>(gpu, precision, polygons, &counts, &mut made)?,
-            }
+            in_dimension!(polygons.dimension, D => transform_on_gpu::<D>(gpu, precision, polygons, &counts, &mut made)?);
         }
-        (None, 1) => run::<1>(polygons, &counts, &mut made),
-        (None, 2) => run::<2>(polygons, &counts, &mut made),
-        (None, 3) => run::<3>(polygons, &counts, &mut made),
-        (None, _) => run::<4>(polygons, &counts, &mut made),
+        None => in_dimension!(polygons.dimension, D => run::<D>(polygons, &counts, &mut made)),
     }
     Ok(made)
 }
 
-/// Curves one after the other, on all threads.
+/// Transforms all curves on all threads.
 fn run<const D: usize>(polygons: &Polygons, operators: &BTreeMap<usize, Operator<f64>>, made: &mut Controls) {
     let mut coords = &mut made.coords[..];
-    let parts: Vec<Part<D>> = tasks(polygons.offsets)
-        .into_iter()
-        .map(|curves| {
-            let points = made.offsets[curves.end] - made.offsets[curves.start];
-            Part { polygons, operators, coords: take(&mut coords, points * D), curves }
-        })
-        .collect();
+    let mut parts: Vec<Part<D>> = Vec::new();
+    for curves in tasks(polygons.offsets) {
+        let points = made.offsets[curves.end] - made.offsets[curves.start];
+        parts.push(Part { polygons, operators, coords: take(&mut coords, points * D), curves });
+    }
     parallel::of(parts, linalg::run);
 }
 

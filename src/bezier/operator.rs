@@ -1,4 +1,4 @@
-//! [`Operator`]: one small matrix that a group of curves shares. Twin: shaders/bezier/operator.wgsl.
+//! [`Operator`]: a small matrix that a group of curves shares. Twin: shaders/bezier/operator.wgsl.
 
 use super::exact::Matrix;
 use crate::linalg::Real;
@@ -11,9 +11,7 @@ pub(super) const BLOCK: usize = 4;
 pub(super) struct Operator<T> {
     rows: usize,
     columns: usize,
-    /// Rows in blocks of [`BLOCK`], with zeros after the last.
-    ///
-    /// A block is stored column after column.
+    /// Rows in blocks of [`BLOCK`], padded with zeros. A block is stored column by column.
     blocks: Vec<[T; BLOCK]>,
 }
 
@@ -36,9 +34,7 @@ impl<T: Real> Operator<T> {
         self.columns
     }
 
-    /// Rows in blocks of [`BLOCK`], with zeros after the last.
-    ///
-    /// A block is stored column after column.
+    /// Rows in blocks of [`BLOCK`], padded with zeros. A block is stored column by column.
     pub fn blocks(&self) -> &[[T; BLOCK]] {
         &self.blocks
     }
@@ -48,9 +44,9 @@ impl<T: Real> Operator<T> {
         self.blocks[i / BLOCK * self.columns + j][i % BLOCK]
     }
 
-    /// Hands out the sum of entries times points, row by row.
+    /// Passes the sum of entries times points to `put`, row by row.
     ///
-    /// A sum runs from the first column to the last, so a curve's bits depend on nothing else.
+    /// Sums run from the first column to the last, so a curve's bits do not depend on other curves.
     #[inline(always)]
     pub fn apply<const D: usize>(&self, points: &[[T; D]], mut put: impl FnMut(usize, [T; D])) {
         debug_assert_eq!(points.len(), self.columns);

@@ -7,10 +7,10 @@ use super::MOST_DEGREE;
 use super::energy::{Energy, derivative_matrix};
 use super::exact::{Matrix, ratio, solve};
 
-/// The highest order of a derivative that can be given at an end.
+/// The highest order of a derivative at an end.
 pub const MOST_DERIVATIVE: usize = 3;
 
-/// What is given of a Bézier curve: some of its control points, and derivatives at its ends.
+/// The known data of a Bézier curve: control points, and derivatives at its ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Pattern {
     degree: u8,
@@ -21,7 +21,7 @@ pub struct Pattern {
 }
 
 impl Pattern {
-    /// A pattern with the control points for which `known` says so.
+    /// A pattern with these known control points.
     ///
     /// # Panics
     /// Without control points, or with more than [`MOST_DEGREE`] + 1.
@@ -61,7 +61,7 @@ impl Pattern {
         (0..=self.degree()).filter(|&i| !self.is_known(i))
     }
 
-    /// The derivatives given: end (0, 1) and order, those of the start first.
+    /// The given derivatives: end (0, 1) and order, starting with end 0.
     pub fn derivatives(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         let given = |&(end, r): &(usize, usize)| self.ends[end] >> (r - 1) & 1 == 1;
         (0..2).flat_map(|end| (1..=MOST_DERIVATIVE).map(move |r| (end, r))).filter(given)
@@ -83,14 +83,12 @@ impl Pattern {
     }
 }
 
-/// The unknown control points of least energy as a combination of what is given: U = W G.
+/// The unknown control points of least energy as a combination of the given data: U = W G.
 ///
-/// The rows of G are the known control points in order, then the derivatives at the start by order,
-/// then those at the end by order.
-///
-/// With the unknown rows first, M = (A B; Bᵀ C) and A U = −B K. Multipliers meet the derivatives.
-/// The system is solved in exact rationals and rounded once, so W is as good at degree 30 as at
-/// degree 3. If A is singular, U is the minimiser of least Σ|Uᵢ|².
+/// The rows of G are the known control points, the derivatives at the start, and the derivatives at
+/// the end, each in order. With the unknown points first, M = (A B; Bᵀ C) and A U = −B K. Lagrange
+/// multipliers enforce the derivatives. The system is solved in exact rationals and rounded once.
+/// If A is singular, U is the minimiser with the least Σ|Uᵢ|².
 ///
 /// ```
 /// use faircurve::bezier::{Completion, Energy, Pattern};
@@ -107,14 +105,13 @@ pub struct Completion {
 }
 
 impl Completion {
-    /// Solves a pattern. `None` if the data contradict each other or say the same twice.
-    ///
-    /// Two points and the derivative between them say the same twice.
+    /// Solves a pattern. `None` if the data are contradictory or redundant, such as two points and
+    /// the derivative between them.
     pub fn new(pattern: Pattern, energy: &Energy) -> Option<Self> {
         Self::of_matrix(pattern, &energy.matrix(pattern.degree()).whole())
     }
 
-    /// Solves a pattern with M, or a multiple of M, which all patterns of a degree share.
+    /// Solves a pattern, given a multiple of M.
     pub(super) fn of_matrix(pattern: Pattern, matrix: &Matrix) -> Option<Self> {
         let (unknown, known): (Vec<usize>, Vec<usize>) = (pattern.unknown().collect(), pattern.known().collect());
         let rows: Vec<Vec<BigRational>> =
@@ -137,12 +134,12 @@ impl Completion {
         Some(Completion { pattern, weights, is_unique })
     }
 
-    /// What is given.
+    /// The pattern.
     pub fn pattern(&self) -> Pattern {
         self.pattern
     }
 
-    /// W, with one row for each unknown control point and one column for each datum.
+    /// W, with one row per unknown control point and one column per datum.
     pub fn weights(&self) -> Matrix {
         self.weights.reduced()
     }
@@ -157,7 +154,7 @@ impl Completion {
         self.is_unique
     }
 
-    /// All control points, known and unknown, from what is given.
+    /// All control points as a combination of the given data.
     pub fn all(&self) -> Matrix {
         let place = |i: usize, known: bool| (0..i).filter(|&before| self.pattern.is_known(before) == known).count();
         Matrix::from_fn(self.pattern.degree() + 1, self.weights.columns(), |i, j| match self.pattern.is_known(i) {
@@ -167,7 +164,7 @@ impl Completion {
     }
 }
 
-/// The smallest of the solutions x + N y, column by column: x − N (NᵀN)⁻¹ Nᵀ x.
+/// The smallest solution x + N y, column by column: x − N (NᵀN)⁻¹ Nᵀ x.
 fn smallest(particular: Matrix, free: &Matrix) -> Matrix {
     let count = free.columns();
     if count == 0 {

@@ -1,8 +1,10 @@
-//! [`Polygons`]: ragged batches of control polygons, and what is given of them.
+//! [`Polygons`]: ragged batches of control polygons, what is given of them, and the completed ones.
 
+use super::refusal::Refusal;
 use crate::error::{Error, Result};
+use crate::status::CurveStatus;
 
-/// Control polygons of many Bézier curves, each of its own degree, borrowed.
+/// Control polygons of many Bézier curves of any degrees, borrowed.
 ///
 /// Curve i has the control points `offsets[i] .. offsets[i + 1]`.
 #[derive(Clone, Copy, Debug)]
@@ -15,7 +17,7 @@ pub struct Polygons<'a> {
     pub offsets: &'a [usize],
 }
 
-/// Control polygons, or points of curves, owned. [`Polygons`] is the borrowed form.
+/// Control polygons or points of curves, owned. [`Polygons`] is the borrowed form.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Controls {
     /// Coordinates of a point.
@@ -45,10 +47,25 @@ pub struct Given<'a> {
     pub known: Option<&'a [bool]>,
     /// Derivatives at the ends: X⁽ʳ⁾(0) at \[0\]\[r−1\] and X⁽ʳ⁾(1) at \[1\]\[r−1\].
     ///
-    /// Each has one vector a curve. A vector whose first component is NaN is free.
+    /// Each has one vector per curve. A vector whose first component is NaN is free.
     pub derivatives: [[Option<&'a [f64]>; 3]; 2],
-    /// Whether first derivatives are directions only. Their lengths are then those of least energy.
+    /// Whether first derivatives are directions only. Their lengths then minimise the energy.
     pub directions: bool,
+}
+
+/// Completed control polygons.
+#[derive(Clone, Debug)]
+pub struct Solved {
+    /// All control points, in the order of the given ones.
+    ///
+    /// Known points keep their bits. Refused curves keep all their points.
+    pub coords: Vec<f64>,
+    /// The energy of every curve, summed over coordinates. NaN for refused curves.
+    pub energies: Vec<f64>,
+    /// [`CurveStatus::Converged`], [`CurveStatus::NotUnique`], or the status of the refusal.
+    pub statuses: Vec<CurveStatus>,
+    /// The refused curves in order, and why.
+    pub refusals: Vec<(usize, Refusal)>,
 }
 
 impl Polygons<'_> {
@@ -95,17 +112,42 @@ impl Given<'_> {
     pub(super) fn check(&self, polygons: &Polygons) -> Result<()> {
         let points = polygons.offsets[polygons.len()];
         if let Some(known) = self.known.filter(|known| known.len() != points) {
-            return Err(Error::Batch(format!("{} known flags for {points} points: give one a point", known.len())));
+            return Err(Error::Batch(format!("{} known flags for {points} points: give one per point", known.len())));
         }
         let wanted = polygons.len() * polygons.dimension;
         for column in self.derivatives.iter().flatten().flatten() {
             if column.len() != wanted {
                 let found = column.len();
-                return Err(Error::Batch(format!(
-                    "{found} numbers for {wanted} of derivatives: give one vector a curve"
-                )));
+                let message = format!("{found} numbers for {wanted} of derivatives: give one vector per curve");
+                return Err(Error::Batch(message));
             }
         }
         Ok(())
     }
 }
+
+/// Evaluates an expression with the constant `D`, the number of coordinates.
+macro_rules! in_dimension {
+    ($dimension:expr, $D:ident => $value:expr) => {
+        match $dimension {
+            1 => {
+                const $D: usize = 1;
+                $value
+            }
+            2 => {
+                const $D: usize = 2;
+                $value
+            }
+            3 => {
+                const $D: usize = 3;
+                $value
+            }
+            _ => {
+                const $D: usize = 4;
+                $value
+            }
+        }
+    };
+}
+
+pub(super) use in_dimension;

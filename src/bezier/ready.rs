@@ -1,15 +1,20 @@
-//! [`Ready`]: a completion in numbers, for the curves of one pattern.
+//! [`Ready`]: the completion of a pattern in floating point.
 
 use super::energy::Energy;
 use super::exact::{Matrix, to_f64};
 use super::operator::Operator;
 use super::pattern::{Completion, MOST_DERIVATIVE, Pattern};
+use super::refusal::Refusal;
 use super::{MOST_DEGREE, directions::Speeds};
+use crate::status::CurveStatus;
 
-/// The most data that a curve can have.
+/// The status of a completed curve, or why it was refused.
+pub(super) type Outcome = Result<CurveStatus, Refusal>;
+
+/// The largest number of data of a curve.
 pub(super) const MOST_DATA: usize = MOST_DEGREE + 1 + 2 * MOST_DERIVATIVE;
 
-/// The energy of a degree: a multiple of M in whole numbers, and F.
+/// The energy for a degree: a whole-numbered multiple of M, and F.
 pub(super) struct Form {
     matrix: Matrix,
     factor: Vec<f64>,
@@ -21,13 +26,11 @@ impl Form {
     }
 }
 
-/// A completion with the energy of what it completes.
+/// The completion of a pattern, with the energy of the completed curve.
 ///
-/// The rows are those of W for the unknown points, then those of F W. The squares of the second
-/// kind sum to the energy.
-///
-/// It is applied to the data relative to the first known point o: U = W (G − o) + o W 1. So
-/// coordinates far from 0 keep their digits. Constants have no energy.
+/// The operator has the rows of W for the unknown points, then the rows of F W, whose squares sum
+/// to the energy. It is applied to the data relative to the first known point o: U = W (G − o) + o
+/// W 1. This keeps the digits of coordinates far from 0. Constants have no energy.
 #[derive(Clone, Debug)]
 pub(super) struct Ready {
     pub pattern: Pattern,
@@ -42,7 +45,7 @@ pub(super) struct Ready {
 }
 
 impl Ready {
-    /// `None` if the data contradict each other or say the same twice.
+    /// `None` if the data are contradictory or redundant.
     pub fn new(pattern: Pattern, Form { matrix, factor }: &Form) -> Option<Self> {
         let completion = Completion::of_matrix(pattern, matrix)?;
         let width = pattern.degree() + 1;
@@ -62,7 +65,7 @@ impl Ready {
             true => weight(i, j),
             false => of_energy(i - unknown, j),
         });
-        // A unique solution moves with the data. The smallest of many does not.
+        // A unique solution translates with the data. The smallest of many does not.
         let sum = |i: usize| match completion.is_unique() && !known.is_empty() {
             true => 1.0,
             false => to_f64(&(0..known.len()).map(|j| weights.at(i, j)).sum()),
@@ -75,7 +78,7 @@ impl Ready {
 
     /// Completes a curve from `data` relative to `origin`.
     ///
-    /// Hands out the unknown points by their numbers. Returns the energy.
+    /// Passes each unknown point with its index to `put`. Returns the energy.
     #[inline(always)]
     pub fn complete<const D: usize>(
         &self,
@@ -89,5 +92,15 @@ impl Ready {
             None => energy += point.iter().map(|x| x * x).sum::<f64>(),
         });
         energy
+    }
+
+    /// The status of a completed curve, or why it is refused.
+    #[inline(always)]
+    pub fn status(&self, coords: &[f64], energy: f64) -> Outcome {
+        match (coords.iter().all(|x| x.is_finite()) && energy.is_finite(), self.is_unique) {
+            (false, _) => Err(Refusal::Overflow),
+            (true, true) => Ok(CurveStatus::Converged),
+            (true, false) => Ok(CurveStatus::NotUnique),
+        }
     }
 }

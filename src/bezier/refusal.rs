@@ -1,29 +1,47 @@
-//! [`Refusal`]: why a curve is not completed, in words.
+//! [`Refusal`]: why a curve is not completed.
 
 use super::MOST_DEGREE;
 use crate::status::CurveStatus;
 
-/// Why a curve is not completed. Its control points stay as they were.
-#[derive(Clone, Copy, Debug, PartialEq)]
+const ENDS: [&str; 2] = ["start", "end"];
+const AXES: [&str; 4] = ["x", "y", "z", "w"];
+
+/// Why a curve is not completed. It keeps its control points.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Refusal {
     /// It has no control point.
+    #[error("a Bézier curve has one control point at least: give some, or leave the curve out")]
     Empty,
     /// It has this many control points, more than 31.
+    #[error(
+        "{count} control points make a curve of degree {degree}; up to {most} is possible: divide the curve, or give the \
+         degree of the pieces of a chain", count = .0, degree = .0 - 1, most = MOST_DEGREE
+    )]
     Degree(usize),
     /// A known control point has a coordinate that is NaN or infinite: point, axis, value.
+    #[error("{axis} is {value}; a known control point needs finite numbers: mend it, or mark it as unknown", axis = AXES[*.1], value = .2)]
     Value(usize, usize, f64),
     /// A given derivative has a coordinate that is NaN or infinite: end, order.
+    #[error("the derivative of order {order} at the {end} is not finite: mend it, or leave it out", end = ENDS[*.0], order = .1)]
     Derivative(usize, usize),
-    /// Points and derivatives given say the same twice, or contradict each other.
+    /// The given points and derivatives are redundant or contradictory.
+    #[error("its control points and end derivatives say the same twice, or contradict each other: leave some out")]
     Contradiction,
     /// The direction given at an end is 0.
+    #[error("the direction at the {} is 0: give one, or leave it out", ENDS[*.0])]
     NoDirection(usize),
-    /// The energy is least where the curve stands still at this end, without a direction.
+    /// The energy falls as the speed at this end goes to 0.
+    #[error(
+        "with this direction at the {} the energy is the less the slower the curve sets out: turn the direction towards \
+         the curve, or give the derivative itself", ENDS[*.0]
+    )]
     Still(usize),
-    /// Numbers of the solution overflow.
+    /// The solution overflows.
+    #[error("the completed control points overflow: give more, or smaller, numbers")]
     Overflow,
-    /// The device was lost, or did not answer, before it was completed.
+    /// The device was lost or did not answer in time.
+    #[error("it was not completed: the device was lost, or did not answer; run again, or use the CPU")]
     Lost,
 }
 
@@ -38,56 +56,14 @@ impl Refusal {
         }
     }
 
-    /// The control point to blame (of `points`), and what is wrong with it.
+    /// The control point at fault (of `points`), and a sentence about it.
     pub fn sentence(self, points: usize) -> (usize, String) {
-        let last = points.saturating_sub(1);
-        let at = |end: usize| if end == 0 { (0, "start") } else { (last, "end") };
-        match self {
-            Refusal::Empty => {
-                (0, "a Bézier curve has one control point at least: give some, or leave the curve out".into())
-            }
-            Refusal::Degree(points) => {
-                let what = format!(
-                    "{points} control points make a curve of degree {}; up to {MOST_DEGREE} is possible: divide the curve, or \
-                     give the degree of the pieces of a chain",
-                    points - 1
-                );
-                (MOST_DEGREE + 1, what)
-            }
-            Refusal::Value(point, axis, value) => {
-                let axis = ["x", "y", "z", "w"][axis];
-                (
-                    point,
-                    format!(
-                        "{axis} is {value}; a known control point needs finite numbers: mend it, or mark it as unknown"
-                    ),
-                )
-            }
-            Refusal::Derivative(end, order) => {
-                let (point, end) = at(end);
-                (point, format!("the derivative of order {order} at the {end} is not finite: mend it, or leave it out"))
-            }
-            Refusal::Contradiction => (
-                0,
-                "its control points and end derivatives say the same twice, or contradict each other: leave some out"
-                    .into(),
-            ),
-            Refusal::NoDirection(end) => {
-                let (point, end) = at(end);
-                (point, format!("the direction at the {end} is 0: give one, or leave it out"))
-            }
-            Refusal::Still(end) => {
-                let (point, end) = at(end);
-                let what = format!(
-                    "with this direction at the {end} the energy is the less the slower the curve sets out: turn the direction \
-                     towards the curve, or give the derivative itself"
-                );
-                (point, what)
-            }
-            Refusal::Overflow => (0, "the completed control points overflow: give more, or smaller, numbers".into()),
-            Refusal::Lost => {
-                (0, "it was not completed: the device was lost, or did not answer; run again, or use the CPU".into())
-            }
-        }
+        let point = match self {
+            Refusal::Degree(_) => MOST_DEGREE + 1,
+            Refusal::Value(point, ..) => point,
+            Refusal::Derivative(1, _) | Refusal::NoDirection(1) | Refusal::Still(1) => points.saturating_sub(1),
+            _ => 0,
+        };
+        (point, self.to_string())
     }
 }

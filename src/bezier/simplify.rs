@@ -1,14 +1,12 @@
 //! [`Simplify`]: as few cubics as possible near a chain of cubics.
 //!
-//! Between corners a chain is smooth, and its joints say nothing. There a new chain is laid: pieces as
-//! long as the tolerance allows, one after the other, each with the old curve's points and tangents at
-//! its ends and the handles of least distance from it (see [`Curve::beziers`]). Corners stay, and so do
-//! lines: a stem of a letter is straight.
+//! Between corners the chain is fitted again with the longest pieces that the tolerance allows.
+//! Each has the old curve's points and tangents at its ends, and the handles of least distance from
+//! it (see [`Curve::beziers`]). Corners and straight pieces are kept.
 
 use glam::DVec3;
 
-use super::completed::Completed;
-use super::curves::Chains;
+use super::completed::{Assembly, Completed};
 use super::handles::{VANISHING, check_corners, leaving, turn};
 use crate::batch::{CurveBatch, Unfitted};
 use crate::curve::{Curve, Jet, convert, vector};
@@ -21,11 +19,10 @@ use crate::status::CurveStatus;
 /// A cubic's control points.
 type Piece = [DVec3; 4];
 
-/// Chains of fewer cubics near chains of cubics.
+/// Approximates chains of cubics by chains of fewer cubics.
 ///
-/// Joints are free to go, but for corners. Directions at joints that stay are kept, so that what was
-/// smooth is smooth. Straight pieces stay too, but for three and more in a row without a corner:
-/// these are taken for points of a curve.
+/// Corners are kept, and so are the directions at all joints that remain. Straight pieces are kept,
+/// unless three or more follow each other without a corner: these count as points of a curve.
 ///
 /// ```
 /// use faircurve::{CurveBatch, Device, bezier::Simplify};
@@ -44,10 +41,10 @@ type Piece = [DVec3; 4];
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Simplify {
-    /// No point of the new chain is farther than this from the old one, and no point of the old one
-    /// from the new (units of the curves, > 0). By default 0.001.
+    /// The largest distance from any point of either chain to the other (units of the curves, > 0).
+    /// By default 0.001.
     pub tolerance: f64,
-    /// Joints where the direction turns by more (radians, 0 to π) are corners, which stay. By default
+    /// Joints where the direction turns by more than this (radians, 0 to π) are corners. By default
     /// one degree.
     pub corners: f64,
 }
@@ -58,44 +55,45 @@ impl Default for Simplify {
     }
 }
 
-/// Old pieces are looked at again at so many places each, to see whether the new ones are near, and
-/// new ones, which are longer, at twice as many. With 4, hairpins passed between them; 16 take a tenth longer.
+/// Points per old piece whose distance from the new pieces is checked. New pieces, which are
+/// longer, have twice as many. With 4, hairpins passed between them. 16 take a tenth longer.
 const LOOKS: usize = 16;
 
-/// New pieces have so many places to be near to, and old ones half as many.
+/// Chords per new piece for the search of nearest points. Old pieces have half as many.
 const CHORDS: usize = 32;
 
-/// So many places on both sides of the last nearest one may be the next.
+/// The next nearest point is searched among this many on either side of the last.
 const WINDOW: usize = 4 * CHORDS;
 
-/// The nearest point of a piece is found in so many steps, well enough for this.
+/// Newton steps to the nearest point of a piece, and the relative error that they leave.
 const NEWTON_STEPS: usize = 3;
 const SLACK: f64 = 1.0 + 1e-6;
 
-/// A closed chain without a corner is begun at so many of its joints; the fewest pieces are taken.
+/// A closed chain without a corner is fitted from this many of its joints. The result with the
+/// fewest pieces is taken.
 const STARTS: usize = 4;
 
-/// A last piece is short below this part of the mean length. A tolerance that makes pieces even is
-/// then searched by halving so many times.
+/// A last piece is short below this fraction of the mean length. Then a tolerance that makes pieces
+/// even is searched by this many bisections.
 const SHORT: f64 = 0.6;
 const BALANCINGS: usize = 4;
 
-/// So many lines in a row, without a corner, are points of a curve.
+/// This many consecutive lines without a corner are points of a curve.
 const RUN: usize = 3;
 
-/// Handles nearer than this part of a piece to its chord are on it.
+/// Handles closer to the chord than this fraction of its length are on it.
 const STRAIGHT: f64 = 1e-9;
 
 impl Simplify {
-    /// Simplifies chains of cubics: three control points a piece, and one more where they are open.
+    /// Simplifies chains of cubics: three control points per piece, and one more for open chains.
     ///
-    /// The reports have the new chains' ∫|X″|² (pieces on (0, 1)), and the tolerance as
-    /// `max_deviation`. A chain of which nothing can be left out keeps its bits. The work is the
-    /// CPU's, on all its threads; the device only says what is counted.
+    /// The reports have ∫|X″|² of the new chains (pieces on (0, 1)), and the tolerance as
+    /// `max_deviation`. A chain that cannot be simplified keeps its bits. All threads of the CPU
+    /// work, whatever the device, which counts finished curves. A curve whose control points are
+    /// not finite or do not form cubics keeps them and is `invalid`.
     ///
     /// # Errors
-    /// A tolerance that is not positive, or an angle of no corner. Control points that make no
-    /// cubics, or are not finite, are a curve's own: it stays as it is and is `invalid`.
+    /// A tolerance that is not positive, or an angle of corners outside 0 … π.
     pub fn fit(&self, chains: &CurveBatch, device: &Device) -> Result<Completed> {
         let Simplify { tolerance, corners } = *self;
         if !(tolerance > 0.0 && tolerance.is_finite()) {
@@ -108,36 +106,18 @@ impl Simplify {
             Ok(self.chain(pieces, chains.is_closed(i)))
         });
         device.finished(chains.len());
-        let (mut coords, mut offsets, mut degrees, mut reports) = (vec![], vec![0], vec![], vec![]);
-        let d = chains.dimension();
+        let mut assembly = Assembly::new(chains);
         for (i, result) in simplified.into_iter().enumerate() {
             match result {
                 Ok(pieces) => {
-                    let first =
-                        pieces.first().map(|piece| piece[0]).filter(|_| !chains.is_closed(i) || pieces.is_empty());
-                    let rest = pieces.iter().flat_map(|piece| &piece[1..]);
-                    // A closed chain begins with its first joint, and ends before it.
-                    let of_closed = pieces.iter().flat_map(|piece| &piece[..3]);
-                    let points: Vec<DVec3> = match chains.is_closed(i) {
-                        true => of_closed.copied().collect(),
-                        false => first.iter().chain(rest).copied().collect(),
-                    };
-                    coords.extend(points.iter().flat_map(|point| point.to_array().into_iter().take(d)));
-                    degrees.push(Some(3));
                     let energy = pieces.iter().map(bending).sum();
-                    reports.push(CurveReport { max_deviation: tolerance, ..CurveReport::solved(energy) });
+                    let report = CurveReport { max_deviation: tolerance, ..CurveReport::solved(energy) };
+                    assembly.push(&control_points(&pieces, chains.is_closed(i), chains.dimension()), 3, vec![], report);
                 }
-                Err(problem) => {
-                    coords.extend_from_slice(chains.points(i));
-                    degrees.push(None);
-                    reports.push(CurveReport::unfitted(problem.status, problem.message));
-                }
+                Err(problem) => assembly.push_unfitted(problem),
             }
-            offsets.push(coords.len() / d);
         }
-        let control = chains.replaced(coords, offsets)?;
-        let chains = Chains::new(control, degrees, None, &reports);
-        Ok(Completed { chains, reports, device: Device::cpu().report(false)? })
+        Ok(assembly.finish(Device::cpu().report(false)?))
     }
 
     /// A simpler chain.
@@ -173,7 +153,7 @@ impl Simplify {
         }
     }
 
-    /// The joints that stay: corners, and the ends of lines that are no points of a curve.
+    /// The joints that stay: corners, and the ends of straight pieces that are kept.
     fn staying(&self, pieces: &[Piece], closed: bool) -> Vec<usize> {
         let n = pieces.len();
         let joints = usize::from(!closed)..n;
@@ -190,7 +170,7 @@ impl Simplify {
         joints.filter(|&k| is_corner[k] || is_line[(k + n - 1) % n] || is_line[k]).collect()
     }
 
-    /// Pieces without a corner between them, as fewer.
+    /// Simplifies pieces without a corner between them.
     fn section(&self, pieces: &[Piece]) -> Vec<Piece> {
         if pieces.len() < 2 {
             return pieces.to_vec();
@@ -204,8 +184,8 @@ impl Simplify {
             self.is_near(pieces, LOOKS, fewer, CHORDS) && self.is_near(fewer, 2 * LOOKS, pieces, CHORDS / 2)
         };
         if is_near(&fewer) {
-            // The last piece is what was left over. Where it is short, the least tolerance that as many
-            // can keep makes all about as long as they may be.
+            // If the last piece is short, the least tolerance with the same number of pieces makes
+            // them even.
             let (mut best, mut low, mut high) = (fewer, 0.0, self.tolerance);
             let [last, mean] =
                 [polygon(&best[best.len() - 1]), best.iter().map(polygon).sum::<f64>() / best.len() as f64];
@@ -221,13 +201,12 @@ impl Simplify {
             }
             return best;
         }
-        // Something between the places that were compared: each half has as many of them.
+        // A detail between the compared points was missed. Each half is compared at as many points.
         let (first, second) = pieces.split_at(pieces.len() / 2);
         [self.section(first), self.section(second)].concat()
     }
 
-    /// Whether no place of pieces, so many of each, is farther than the tolerance from other pieces, in
-    /// order.
+    /// Whether `looks` points of each piece are within the tolerance of other pieces.
     fn is_near(&self, pieces: &[Piece], looks: usize, others: &[Piece], chords: usize) -> bool {
         let ends = others.iter().flat_map(|piece| (0..chords).map(move |k| point(piece, k as f64 / chords as f64)));
         let ends: Vec<DVec3> = ends.chain([others[others.len() - 1][3]]).collect();
@@ -239,7 +218,7 @@ impl Simplify {
                 a.total_cmp(&b)
             });
             last = nearest.expect("there is a place");
-            // Where pieces meet, on both of them.
+            // At a joint both pieces are tried.
             let (k, v) = (last / chords, (last % chords) as f64 / chords as f64);
             let on = others.get(k).map(|piece| near(piece, place, v));
             let before = (v == 0.0 && k > 0).then(|| near(&others[k - 1], place, 1.0));
@@ -248,7 +227,7 @@ impl Simplify {
     }
 }
 
-/// The pieces of a chain, or why it has none.
+/// The pieces of a chain, or why it cannot be simplified.
 fn pieces(chains: &CurveBatch, i: usize) -> std::result::Result<Vec<Piece>, Unfitted> {
     if let Some(problem) = chains.problem(i) {
         return Err(problem.clone());
@@ -267,6 +246,20 @@ fn pieces(chains: &CurveBatch, i: usize) -> std::result::Result<Vec<Piece>, Unfi
     }
 }
 
+/// The control points of a chain, without the repeated first one of a closed chain.
+fn control_points(pieces: &[Piece], closed: bool, dimension: usize) -> Vec<f64> {
+    let mut coords = Vec::with_capacity((3 * pieces.len() + 1) * dimension);
+    if !closed {
+        coords.extend_from_slice(&pieces[0][0].to_array()[..dimension]);
+    }
+    for piece in pieces {
+        for point in if closed { &piece[..3] } else { &piece[1..] } {
+            coords.extend_from_slice(&point.to_array()[..dimension]);
+        }
+    }
+    coords
+}
+
 /// ∫|X″|² of a cubic on (0, 1).
 fn bending(&[a, b, c, d]: &Piece) -> f64 {
     let (start, end) = (a - 2.0 * b + c, b - 2.0 * c + d);
@@ -283,7 +276,7 @@ fn derivative(&[a, b, c, d]: &Piece, v: f64) -> DVec3 {
     3.0 * ((b - a) * (w * w) + (c - b) * (2.0 * w * v) + (d - c) * (v * v))
 }
 
-/// The point of a piece nearest to a place, from the parameter of one that is near.
+/// The point of a piece nearest to `place`, by Newton steps from the parameter `v`.
 fn near(piece: &Piece, place: DVec3, mut v: f64) -> DVec3 {
     let mut best = point(piece, v);
     for _ in 0..NEWTON_STEPS {
@@ -309,20 +302,20 @@ fn is_straight(&[a, b, c, d]: &Piece) -> bool {
     off(b).max(off(c)) <= STRAIGHT * chord.length_squared()
 }
 
-/// Control points from the end where a piece starts.
+/// Control points from the start of a piece.
 fn forwards(piece: &Piece) -> impl Iterator<Item = DVec3> + Clone {
     piece.iter().copied()
 }
 
-/// Control points from the end where it ends.
+/// Control points from the end of a piece.
 fn backwards(piece: &Piece) -> impl Iterator<Item = DVec3> + Clone {
     piece.iter().rev().copied()
 }
 
-/// Pieces behind each other as a curve of one span, whose parameter passes as evenly as it can.
+/// Consecutive pieces as a curve of one span.
 struct Section<'a> {
     pieces: &'a [Piece],
-    /// Where each piece ends: shares of the whole, by the lengths of their control polygons.
+    /// The parameter where each piece ends, in proportion to the lengths of the control polygons.
     ends: Vec<f64>,
 }
 
@@ -334,7 +327,9 @@ impl<'a> Section<'a> {
             sum += polygon(piece);
             ends.push(sum);
         }
-        ends.iter_mut().for_each(|end| *end /= sum);
+        for end in &mut ends {
+            *end /= sum;
+        }
         Section { pieces, ends }
     }
 }
@@ -359,7 +354,8 @@ impl Curve for Section<'_> {
         let v = if u == 1.0 { 1.0 } else { ((u - from) / width).clamp(0.0, 1.0) };
         let mut first = derivative(piece, v);
         if v == 0.0 || v == 1.0 {
-            // A handle without length has a direction all the same, and the speed of the chord.
+            // A handle of length 0 takes its direction from the next point, and the speed of the
+            // chord.
             let chord = piece[0].distance(piece[3]);
             if first.length() <= VANISHING * chord {
                 first = if v == 0.0 { leaving(forwards(piece)) } else { -leaving(backwards(piece)) } * chord;

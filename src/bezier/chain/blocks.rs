@@ -5,25 +5,25 @@
 
 use crate::linalg::block_ring::{BlockSystem, MOST_REACH, solve_blocks};
 
-/// The most rows of a block. G1 joints in space have as many.
+/// The most rows of a block: G1 joints in space.
 pub(super) const MOST_ROWS: usize = 4;
 
-/// A number for each row of a block. Those beyond the last row are not used.
+/// A number per row of a block. Numbers beyond the last row are unused.
 pub(super) type Row = [f64; MOST_ROWS];
 
-/// A symmetric matrix with a row of blocks for each joint.
+/// A symmetric matrix with a row of blocks per joint.
 pub(super) struct Blocks {
     pub closed: bool,
     /// Rows of a block.
     pub rows: usize,
-    /// The block on the diagonal, and the block that couples a joint with the next.
+    /// The diagonal block of each joint, and its coupling with the next.
     pub blocks: Vec<[[Row; MOST_ROWS]; 2]>,
-    /// Whether a joint moves. The other rows of blocks are those of the identity.
+    /// Whether a joint moves. Other rows of blocks are rows of the identity.
     pub movable: Vec<bool>,
 }
 
 impl Blocks {
-    /// The matrix 0.
+    /// The zero matrix.
     pub fn new(closed: bool, rows: usize, movable: Vec<bool>) -> Self {
         Blocks { closed, rows, blocks: vec![[[[0.0; MOST_ROWS]; MOST_ROWS]; 2]; movable.len()], movable }
     }
@@ -42,9 +42,8 @@ impl Blocks {
         }
     }
 
-    /// Solves for some right-hand sides, with `damping` added to the diagonal.
-    ///
-    /// Returns the unknowns of each, and the smallest pivot.
+    /// Solves with `damping` added to the diagonal. Returns the unknowns of each right-hand side,
+    /// and the smallest pivot.
     pub fn solve(&self, sides: &[Vec<Row>], damping: f64) -> (Vec<Vec<Row>>, f64) {
         match self.rows {
             2 => self.solve_rows::<2>(sides, damping),

@@ -1,13 +1,13 @@
 //! Corners of chains: chains are cut where their handles turn sharply.
 //!
-//! The parts are completed side by side as chains of their own, and joined again.
+//! The parts are completed as separate chains and joined again.
 
 use std::ops::Range;
 
-use super::super::completed::Completed;
+use super::super::completed::{Assembly, Completed};
 use super::super::curves::Chains;
 use super::super::handles::turn;
-use crate::batch::{CurveBatch, Piece};
+use crate::batch::{CurveBatch, Piece, Unfitted};
 use crate::constraint::Constraints;
 use crate::curve::vector;
 use crate::error::Result;
@@ -22,8 +22,8 @@ pub(super) struct Corners {
 }
 
 impl Corners {
-    /// Cuts every chain at the joints where its control polygon turns by more than `angle` (radians).
-    /// Corners are known then.
+    /// Cuts chains at the joints where their control polygon turns by more than `angle` (radians).
+    /// Corners become known.
     pub fn cut(batch: &CurveBatch, degree: usize, angle: f64) -> Result<Self> {
         let (mut parts, mut known) = (Vec::new(), batch.constraints().known.clone());
         for curve in 0..batch.len() {
@@ -35,7 +35,9 @@ impl Corners {
                 continue;
             };
             if let Some(known) = &mut known {
-                corners.iter().for_each(|corner| known[batch.offsets()[curve] + corner] = true);
+                for corner in &corners {
+                    known[batch.offsets()[curve] + corner] = true;
+                }
             }
             let mut ends = corners;
             match closed {
@@ -49,36 +51,31 @@ impl Corners {
         Ok(Corners { batch: batch.cut(parts.clone()), parts })
     }
 
-    /// Joins the completed parts. A chain stays as it was if one of its parts could not be completed.
+    /// Joins the completed parts. A chain keeps its control points if one of its parts is not
+    /// completed.
     pub fn join(&self, batch: &CurveBatch, completed: Completed) -> Completed {
         let Completed { chains, reports, device } = completed;
-        let (mut coords, mut degrees, mut knots, mut joined) = (vec![], vec![], vec![], vec![]);
-        let (mut of_parts, mut next) = (reports.into_iter(), 0);
-        for parts in self.parts.chunk_by(|a, b| a.curve == b.curve) {
-            let (i, own) = (parts[0].curve, next..next + parts.len());
-            next = own.end;
-            let mut report = CurveReport::joined(of_parts.by_ref().take(parts.len()).collect());
-            let degree = chains.degrees[own.start].filter(|_| own.clone().all(|k| chains.degrees[k].is_some()));
-            let (points, own_knots) = match degree {
-                Some(degree) => joined_chain(&chains, own, parts[0].first, batch.is_closed(i), degree),
-                None => {
-                    report = CurveReport::unfitted(report.status, report.message.unwrap_or_default());
-                    (batch.points(i).to_vec(), Vec::new())
-                }
-            };
-            coords.extend(points);
-            knots.push(own_knots);
-            degrees.push(degree);
-            joined.push(report);
+        let (mut assembly, mut next) = (Assembly::new(batch), 0);
+        for pieces in self.parts.chunk_by(|a, b| a.curve == b.curve) {
+            let (i, parts) = (pieces[0].curve, next..next + pieces.len());
+            next = parts.end;
+            let report = CurveReport::joined(reports[parts.clone()].to_vec());
+            if parts.clone().all(|k| chains.degrees[k].is_some()) {
+                let degree = chains.degrees[parts.start].expect("all parts have one");
+                let (coords, knots) = joined_chain(&chains, parts, pieces[0].first, batch.is_closed(i), degree);
+                assembly.push(&coords, degree, knots, report);
+            } else {
+                let message = report.message.unwrap_or_default();
+                assembly.push_unfitted(Unfitted { status: report.status, message });
+            }
         }
-        let control = batch.with_points(coords, batch.offsets().to_vec());
-        Completed { chains: Chains::new(control, degrees, Some(knots), &joined), reports: joined, device }
+        assembly.finish(device)
     }
 }
 
 /// The control points and the knots of the parts of one curve.
 ///
-/// Parts share their ends. Those of a closed curve begin at its control point `first`, and are turned back.
+/// Parts share their ends. The parts of a closed curve begin at its control point `first`.
 fn joined_chain(
     chains: &Chains,
     parts: Range<usize>,
@@ -87,15 +84,14 @@ fn joined_chain(
     degree: usize,
 ) -> (Vec<f64>, Vec<f64>) {
     let d = chains.control.dimension();
-    let own_knots = |k: usize| chains.knots.as_ref().map_or(&[][..], |knots| &knots[k]);
     if parts.len() == 1 && chains.control.is_closed(parts.start) == closed {
-        return (chains.control.points(parts.start).to_vec(), own_knots(parts.start).to_vec());
+        return (chains.control.points(parts.start).to_vec(), chains.knots[parts.start].clone());
     }
     let (mut coords, mut lengths) = (Vec::new(), Vec::new());
     for k in parts.clone() {
         let points = chains.control.points(k);
         coords.extend_from_slice(&points[..points.len() - d]);
-        lengths.extend(own_knots(k).windows(2).map(|pair| pair[1] - pair[0]));
+        lengths.extend(chains.knots[k].windows(2).map(|pair| pair[1] - pair[0]));
     }
     if closed {
         coords.rotate_right(first * d);
@@ -111,10 +107,9 @@ fn joined_chain(
     (coords, [0.0].into_iter().chain(ends).collect())
 }
 
-/// The control points of a chain that are corners: joints between handles that turn by more than an
-/// angle.
+/// The control points of a chain that are corners: joints whose handles turn by more than an angle.
 ///
-/// A joint with a tangent is none.
+/// A joint with a tangent is not a corner.
 fn corners(batch: &CurveBatch, i: usize, degree: usize, angle: f64) -> Vec<usize> {
     let (count, closed, spans) = (batch.count(i), batch.is_closed(i), batch.spans(i));
     if batch.problem(i).is_some() || spans == 0 || !spans.is_multiple_of(degree) {

@@ -1,12 +1,14 @@
-//! [`Layout`]: a curve of the batch as a chain, with its lengths and what is known at its joints.
+//! [`Layout`]: a curve of the batch as a chain, with its lengths and known points.
 
-use super::joint::{Condition, Joint, dot, length};
-use super::piece::{Vector, plus};
-use super::{Chain, Joints, PieceLengths};
+use glam::DVec3;
+
+use super::joint::{AGREES, Condition, Joint};
+use super::options::{Joints, PieceLengths};
 use crate::batch::CurveBatch;
+use crate::curve::vector;
 use crate::status::CurveStatus;
 
-/// Why a curve is not completed: its status, the control point to blame, what is wrong and the
+/// Why a curve is not completed: its status, the control point at fault, the problem and the
 /// remedy.
 pub(super) type Trouble = (CurveStatus, usize, String);
 
@@ -23,10 +25,10 @@ pub(super) struct Layout<'a> {
     pub closed: bool,
     /// Number of pieces.
     pub pieces: usize,
-    /// h of every piece.
+    /// h of each piece.
     pub lengths: Vec<f64>,
     /// The first known control point, or 0 if none is known. All points are taken relative to it.
-    pub origin: Vector,
+    pub origin: DVec3,
     /// The largest coordinate of a known control point.
     pub largest: f64,
 }
@@ -34,8 +36,14 @@ pub(super) struct Layout<'a> {
 impl<'a> Layout<'a> {
     /// # Errors
     /// What is wrong with the curve.
-    pub fn new(batch: &'a CurveBatch, i: usize, chain: &Chain) -> Result<Self, Trouble> {
-        let (degree, count, closed) = (chain.degree, batch.count(i), batch.is_closed(i));
+    pub fn new(
+        batch: &'a CurveBatch,
+        i: usize,
+        degree: usize,
+        joints: Joints,
+        lengths: PieceLengths,
+    ) -> Result<Self, Trouble> {
+        let (count, closed) = (batch.count(i), batch.is_closed(i));
         if count == 0 {
             let what = format!("a chain has {} control points at least: give some, or leave the curve out", degree + 1);
             return Err((CurveStatus::Degenerate, 0, what));
@@ -47,14 +55,11 @@ impl<'a> Layout<'a> {
                 return Err((CurveStatus::Degenerate, 0, what));
             }
             let (kind, form) = if closed { ("a closed", "") } else { ("an open", " + 1") };
-            return Err(invalid(
-                count - 1,
-                format!(
-                    "{count} control points make no chain of degree {degree}: {kind} one has {degree} n{form}, n \
-                     pieces; give \
-                     so many, or another degree"
-                ),
-            ));
+            let what = format!(
+                "{count} control points make no chain of degree {degree}: {kind} one has {degree} n{form}, n pieces; \
+                 give so many, or another degree"
+            );
+            return Err(invalid(count - 1, what));
         }
         let mut layout = Layout {
             batch,
@@ -63,22 +68,22 @@ impl<'a> Layout<'a> {
             closed,
             pieces: spans / degree,
             lengths: Vec::new(),
-            origin: [0.0; 3],
+            origin: DVec3::ZERO,
             largest: 0.0,
         };
         let points = || (0..count).filter(|&k| layout.is_known(k));
-        let largest = points().flat_map(|k| layout.point(k)).fold(0.0, |largest: f64, x| largest.max(x.abs()));
-        let origin = points().next().map_or([0.0; 3], |k| layout.point(k));
-        layout.check_tangents(chain)?;
+        let largest = points().map(|k| layout.point(k).abs().max_element()).fold(0.0, f64::max);
+        let origin = points().next().map_or(DVec3::ZERO, |k| layout.point(k));
+        layout.check_tangents(joints)?;
         (layout.largest, layout.origin) = (largest, origin);
-        layout.lengths = layout.chords(chain.lengths).unwrap_or_else(|| vec![1.0; layout.pieces]);
+        layout.lengths = layout.chords(lengths).unwrap_or_else(|| vec![1.0; layout.pieces]);
         Ok(layout)
     }
 
-    fn check_tangents(&self, chain: &Chain) -> Result<(), Trouble> {
+    fn check_tangents(&self, joints: Joints) -> Result<(), Trouble> {
         for k in 0..self.batch.count(self.i) {
             let Some(tangent) = self.tangent(k) else { continue };
-            if tangent.iter().any(|x| !x.is_finite()) {
+            if !tangent.is_finite() {
                 return Err(invalid(k, "its tangent is not finite: mend it, or leave it out"));
             }
             if !k.is_multiple_of(self.degree) {
@@ -88,35 +93,33 @@ impl<'a> Layout<'a> {
                 );
                 return Err(invalid(k, what));
             }
-            if chain.joints == Joints::Free {
-                return Err(invalid(
-                    k,
-                    "it has a tangent, but joints are free: leave it out, or take C1, C2 or G1 joints",
-                ));
+            if joints == Joints::Free {
+                let what = "it has a tangent, but joints are free: leave it out, or take C1, C2 or G1 joints";
+                return Err(invalid(k, what));
             }
         }
         Ok(())
     }
 
-    /// The distances of joints, if all are known and none is 0.
+    /// The distances between joints, if all are known and none is 0.
     fn chords(&self, lengths: PieceLengths) -> Option<Vec<f64>> {
         if lengths == PieceLengths::Equal {
             return None;
         }
         let chord = |piece: usize| {
             let [from, to] = [0, self.degree].map(|j| self.place(piece, j));
-            let chord = length(plus(self.point(to), -1.0, self.point(from)));
+            let chord = self.point(to).distance(self.point(from));
             (self.is_known(from) && self.is_known(to) && chord > 0.0 && chord.is_finite()).then_some(chord)
         };
         (0..self.pieces).map(chord).collect()
     }
 
-    /// The number of control point j of a piece.
+    /// The index of control point j of a piece.
     pub fn place(&self, piece: usize, j: usize) -> usize {
         (piece * self.degree + j) % self.batch.count(self.i)
     }
 
-    /// Number of joints, with those at the ends.
+    /// Number of joints, the ends included.
     pub fn joints(&self) -> usize {
         if self.closed { self.pieces } else { self.pieces + 1 }
     }
@@ -138,23 +141,21 @@ impl<'a> Layout<'a> {
     }
 
     pub fn is_known(&self, k: usize) -> bool {
-        self.batch.constraints().known.as_ref().is_none_or(|known| known[self.batch.offsets()[self.i] + k])
+        self.batch.is_known(self.i, k)
     }
 
     /// A control point of the batch.
-    pub fn point(&self, k: usize) -> Vector {
-        let points = &self.batch.points(self.i)[k * self.batch.dimension()..];
-        std::array::from_fn(|c| if c < self.batch.dimension() { points[c] } else { 0.0 })
+    pub fn point(&self, k: usize) -> DVec3 {
+        vector(&self.batch.points(self.i)[k * self.dimension()..][..self.dimension()])
     }
 
     /// A control point relative to the origin.
-    pub fn relative(&self, k: usize) -> Vector {
-        plus(self.point(k), -1.0, self.origin)
+    pub fn relative(&self, k: usize) -> DVec3 {
+        self.point(k) - self.origin
     }
 
-    pub fn tangent(&self, k: usize) -> Option<Vector> {
-        let tangent = self.batch.tangent(self.i, k)?;
-        Some(std::array::from_fn(|c| tangent.get(c).copied().unwrap_or(0.0)))
+    pub fn tangent(&self, k: usize) -> Option<DVec3> {
+        self.batch.tangent(self.i, k).map(vector)
     }
 
     /// Bits of the known control points of a piece, between the handles of jets of order
@@ -166,15 +167,15 @@ impl<'a> Layout<'a> {
 
     /// The jets that remain possible at a joint.
     ///
-    /// The joint itself, its tangent and the handles within `smoothness` of it are conditions.
+    /// Conditions are the joint, its tangent and the handles within `smoothness` of it.
     pub fn joint(&self, joint: usize, smoothness: usize) -> Result<Joint, Trouble> {
         let around = self.around(joint);
         let lengths = around.map(|piece| piece.map(|piece| self.lengths[piece]));
         let scale = lengths.into_iter().flatten().fold(f64::INFINITY, f64::min);
         let place = self.joint_place(joint);
         let mut conditions = Vec::new();
-        let mut add = |coefficients: [f64; 3], value: Vector, point: usize| {
-            conditions.push(Condition { coefficients, value, point });
+        let mut add = |coefficients: [f64; 3], value: DVec3, point: usize| {
+            conditions.push(Condition { coefficients: coefficients.into(), value, point });
         };
         if self.is_known(place) {
             add([1.0, 0.0, 0.0], self.relative(place), place);
@@ -194,14 +195,13 @@ impl<'a> Layout<'a> {
             if i == 1
                 && let Some(tangent) = self.tangent(place)
             {
-                add([0.0, 1.0, 0.0], tangent.map(|x| scale * x), place);
+                add([0.0, 1.0, 0.0], scale * tangent, place);
             }
         }
         Joint::new(smoothness, scale, &conditions, self.largest).map_err(|(point, off)| {
             let what = format!(
                 "the known control points and the tangent around the joint at point {place} are not C{smoothness}: \
-                 this one is off by \
-                 {off:.3e}; mark it as unknown, mend it, or take joints G1 or free"
+                 this one is off by {off:.3e}; mark it as unknown, mend it, or take joints G1 or free"
             );
             invalid(point, what)
         })
@@ -209,8 +209,8 @@ impl<'a> Layout<'a> {
 
     /// Checks that C2 joints are possible with cubics and quartics.
     ///
-    /// The chain of least energy with C1 joints has C2 joints if every p′ is free and nothing
-    /// within pieces is known.
+    /// The minimiser with C1 joints has C2 joints if every p′ is free and no point within pieces is
+    /// known.
     pub fn check_second(&self) -> Result<(), Trouble> {
         let count = self.batch.count(self.i);
         if (0..count).all(|k| self.is_known(k)) {
@@ -242,7 +242,7 @@ impl<'a> Layout<'a> {
         Ok(())
     }
 
-    /// Checks that a chain with all points known is C2. That it is C1 is checked elsewhere.
+    /// Checks that p″ is continuous if all points are known. [`joint`](Self::joint) checks p′.
     fn check_all_second(&self) -> Result<(), Trouble> {
         let d = self.degree;
         for joint in 0..self.joints() {
@@ -250,13 +250,13 @@ impl<'a> Layout<'a> {
             let second = |piece: usize, from: usize, step: isize| {
                 let [a, b, c] = [0, 1, 2].map(|j| self.relative(self.place(piece, from.wrapping_add_signed(step * j))));
                 let h = self.lengths[piece];
-                let size = length(plus(b, -1.0, a)).max(length(plus(c, -1.0, b))) / (h * h);
-                (plus(plus(a, -2.0, b), 1.0, c).map(|x| x / (h * h)), size)
+                let size = b.distance(a).max(c.distance(b)) / (h * h);
+                ((a - 2.0 * b + c) / (h * h), size)
             };
             let ((left, a), (right, b)) = (second(before, d, -1), second(after, 0, 1));
-            let jump = length(plus(right, -1.0, left));
+            let jump = right.distance(left);
             let rounding = 64.0 * f64::EPSILON * self.largest / self.lengths[before].min(self.lengths[after]).powi(2);
-            if jump > super::joint::AGREES * (a + b) + rounding {
+            if jump > AGREES * (a + b) + rounding {
                 let what = format!(
                     "all control points are known, but p″ jumps here by {:.3e}: mark handles as unknown, or take C1 \
                      joints",
@@ -271,31 +271,27 @@ impl<'a> Layout<'a> {
     /// The parameters of the joints.
     pub fn knots(&self) -> Vec<f64> {
         let mut knots = vec![0.0];
-        self.lengths.iter().for_each(|h| knots.push(knots[knots.len() - 1] + h));
+        for h in &self.lengths {
+            knots.push(knots[knots.len() - 1] + h);
+        }
         knots
     }
 
-    /// The curve's coordinates. The unknown ones are to be overwritten.
+    /// The curve's coordinates, unknown ones included.
     pub fn coords(&self) -> Vec<f64> {
         self.batch.points(self.i).to_vec()
     }
 
     /// Writes a control point if it is unknown.
-    pub fn put(&self, coords: &mut [f64], k: usize, point: Vector) {
+    pub fn put(&self, coords: &mut [f64], k: usize, point: DVec3) {
+        let d = self.dimension();
         if !self.is_known(k) {
-            let to = &mut coords[k * self.batch.dimension()..(k + 1) * self.batch.dimension()];
-            to.iter_mut().enumerate().for_each(|(c, x)| *x = point[c]);
+            coords[k * d..][..d].copy_from_slice(&point.to_array()[..d]);
         }
     }
 
     /// Coordinates of a point.
     pub fn dimension(&self) -> usize {
         self.batch.dimension()
-    }
-
-    /// a × b and a · b: sine and cosine of the angle times both lengths.
-    pub fn turn(a: Vector, b: Vector) -> (f64, f64) {
-        let cross = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
-        (length(cross), dot(a, b))
     }
 }

@@ -1,21 +1,21 @@
 //! Chains with G1 joints: Newton's method finds directions and speeds of p′ at joints.
 //!
-//! The energy is a quadratic function of p′ on both sides of the joints. p′ is e^(−σ) T before a
-//! joint and e^σ T after it. So the direction and both speeds are free, and speeds stay positive.
+//! The energy is a quadratic function of p′ on both sides of the joints: e^(−σ) T before a joint
+//! and e^σ T after it, so that speeds stay positive.
 //!
-//! Newton's matrix is block tridiagonal, as for C1 joints. Its blocks have one row more than there
-//! are coordinates. Far from the minimum a multiple of its diagonal is added, as much as makes it
-//! positive definite.
+//! Newton's matrix is block tridiagonal. Its blocks have one row more than there are coordinates.
+//! If it is not positive definite, a multiple of its diagonal is added.
 
 // Index loops read as the formulas do.
 #![allow(clippy::needless_range_loop)]
 
 use std::collections::HashMap;
 
+use glam::DVec3;
+
 use super::blocks::{Blocks, MOST_ROWS, Row};
-use super::joint::{dot, length};
 use super::layout::{Layout, Trouble, invalid};
-use super::piece::{Piece, Sized, Vector, plus};
+use super::piece::{Piece, Sized, combined};
 use super::speeds::{Side, Velocity};
 use super::system::{Done, done, finish_piece};
 use crate::status::CurveStatus;
@@ -25,19 +25,17 @@ const MOST: u32 = 200;
 
 /// The gradient at which the iteration ends.
 ///
-/// It is measured by the changes that each joint alone would ask for: changes of speeds, relative
-/// to the curve's mean speed, and changes of their logarithms.
+/// The gradient is measured by the steps of each joint alone: changes of speeds, relative to the
+/// curve's mean speed, and changes of their logarithms.
 const SMALL: f64 = 1e-11;
 
-/// A speed that falls to this, relative to the mean one, while the energy still falls, goes to 0.
-///
-/// It would fall ever more slowly.
+/// A speed below this, relative to the mean speed, counts as going to 0.
 const STILL: f64 = 1e-4;
 
-/// The least pivot that Newton's steps accept, of a matrix with a diagonal of about 1.
+/// The least accepted pivot, for a diagonal of about 1.
 const LEAST_PIVOT: f64 = 1e-10;
 
-/// The most that the logarithm of a speed changes in a step.
+/// The largest change of a speed's logarithm in a step.
 const MOST_RATIO: f64 = 1.5;
 
 /// The energy of a piece: a|u|² + 2b u·w + c|w|² + 2g·u + 2e·w + ….
@@ -47,15 +45,15 @@ struct Form {
     a: f64,
     b: f64,
     c: f64,
-    g: Vector,
-    e: Vector,
+    g: DVec3,
+    e: DVec3,
 }
 
 /// What is minimised.
 struct Problem<'l, 'a> {
     layout: &'l Layout<'a>,
     forms: Vec<Form>,
-    /// The mean of all speeds that the joints ask for.
+    /// The mean speed of the chords.
     speed: f64,
 }
 
@@ -84,12 +82,11 @@ pub(super) fn complete(layout: Layout, pieces: &HashMap<u32, Piece>) -> Result<D
             (piece, piece.sized(layout.lengths[k]))
         })
         .collect();
-    let chord =
-        |k: usize| plus(layout.relative(layout.place(k, layout.degree)), -1.0, layout.relative(layout.place(k, 0)));
-    let total: f64 = (0..layout.pieces).map(|k| length(chord(k))).sum();
+    let chord = |k: usize| layout.relative(layout.place(k, layout.degree)) - layout.relative(layout.place(k, 0));
+    let total: f64 = (0..layout.pieces).map(|k| chord(k).length()).sum();
     let speed = total / layout.lengths.iter().sum::<f64>();
     let own_speed = |piece: Option<usize>| {
-        let own = piece.map_or(0.0, |k| length(chord(k)) / layout.lengths[k]);
+        let own = piece.map_or(0.0, |k| chord(k).length() / layout.lengths[k]);
         if own > 0.0 { own } else { speed }
     };
     let new = |joint: usize| Velocity::new(&layout, joint, layout.around(joint).map(own_speed));
@@ -115,7 +112,7 @@ pub(super) fn complete(layout: Layout, pieces: &HashMap<u32, Piece>) -> Result<D
     let mut energy = 0.0;
     for (k, (piece, sized)) in pieces.iter().enumerate() {
         let (next, h) = (layout.next(k), layout.lengths[k]);
-        let jet = |joint: usize, v: Vector| [layout.relative(layout.joint_place(joint)), v.map(|x| h * x)];
+        let jet = |joint: usize, v: DVec3| [layout.relative(layout.joint_place(joint)), h * v];
         let jets = [jet(k, joints[k].vectors()[1]), jet(next, joints[next].vectors()[0])];
         energy += finish_piece(&layout, k, piece, sized, jets.each_ref().map(|jet| &jet[..]), &mut coords);
     }
@@ -136,23 +133,23 @@ impl Form {
     fn new(layout: &Layout, k: usize, piece: &Piece, sized: &Sized) -> Self {
         let (columns, h) = (piece.columns(), layout.lengths[k]);
         let ends = [0, layout.degree].map(|j| layout.relative(layout.place(k, j)));
-        let jets = ends.map(|p| [p, [0.0; 3]]);
+        let jets = ends.map(|p| [p, DVec3::ZERO]);
         let inner = |j: usize| layout.relative(layout.place(k, j));
         let data = piece.data(jets.each_ref().map(|jet| &jet[..]), inner, ends[0]);
         let row = |i: usize| &sized.gram[i * columns..][..columns];
-        let of = |i: usize| row(i).iter().zip(&data).fold([0.0; 3], |sum, (&x, &datum)| plus(sum, h * x, datum));
-        Form { a: h * h * row(1)[1], b: h * h * row(1)[3], c: h * h * row(3)[3], g: of(1), e: of(3) }
+        let linear = |i: usize| combined(&row(i).iter().map(|x| h * x).collect::<Vec<f64>>(), &data);
+        Form { a: h * h * row(1)[1], b: h * h * row(1)[3], c: h * h * row(3)[3], g: linear(1), e: linear(3) }
     }
 
     /// Half the derivatives with respect to u and w.
-    fn halves(&self, u: Vector, w: Vector) -> [Vector; 2] {
-        [plus(plus(self.g, self.a, u), self.b, w), plus(plus(self.e, self.b, u), self.c, w)]
+    fn halves(&self, u: DVec3, w: DVec3) -> [DVec3; 2] {
+        [self.g + self.a * u + self.b * w, self.e + self.b * u + self.c * w]
     }
 }
 
 impl Problem<'_, '_> {
-    /// Minimises with C1 joints first, then with the joints asked for.
-    fn solve(&self, asked: Vec<Velocity>, chord: &dyn Fn(usize) -> Vector) -> (Vec<Velocity>, End, u32, f64) {
+    /// Minimises with C1 joints, then with G1 joints.
+    fn solve(&self, asked: Vec<Velocity>, chord: &dyn Fn(usize) -> DVec3) -> (Vec<Velocity>, End, u32, f64) {
         let smooth = asked.iter().map(|joint| match joint {
             Velocity::Along(direction, _) => Velocity::Along(*direction, joint.vectors().map(Side::Known)),
             even => *even,
@@ -161,12 +158,11 @@ impl Problem<'_, '_> {
         let (_, linear, _) = self.minimise(&mut smooth);
         let start = |(joint, (asked, smooth)): (usize, (&Velocity, &Velocity))| match (asked, smooth) {
             (Velocity::Even(_), Velocity::Even(v)) => match self.layout.around(joint) {
-                [Some(_), Some(_)] if length(*v) > 1e-3 * self.speed => Velocity::Turning(*v, 0.0),
+                [Some(_), Some(_)] if v.length() > 1e-3 * self.speed => Velocity::Turning(*v, 0.0),
                 [Some(before), Some(after)] => {
-                    let across = plus(chord(before), 1.0, chord(after));
-                    let along = [across, chord(after), chord(before), [1.0, 0.0, 0.0]];
-                    let along = along.into_iter().find(|x| length(*x) > 0.0).expect("the last one is not 0");
-                    Velocity::Turning(along.map(|x| 0.1 * self.speed / length(along) * x), 0.0)
+                    let along = [chord(before) + chord(after), chord(after), chord(before), DVec3::X];
+                    let along = along.into_iter().find(|x| x.length() > 0.0).expect("the last one is not 0");
+                    Velocity::Turning(0.1 * self.speed / along.length() * along, 0.0)
                 }
                 _ => Velocity::Even(*v),
             },
@@ -178,97 +174,95 @@ impl Problem<'_, '_> {
     }
 
     /// p′ at the start and the end of piece k.
-    fn ends(&self, vectors: &[[Vector; 2]], k: usize) -> (Vector, Vector) {
+    fn ends(&self, vectors: &[[DVec3; 2]], k: usize) -> (DVec3, DVec3) {
         (vectors[k][1], vectors[self.layout.next(k)][0])
     }
 
     /// Derivatives of the energy with respect to p′ on both sides of each joint.
-    fn forces(&self, vectors: &[[Vector; 2]]) -> Vec<[Vector; 2]> {
-        let mut forces = vec![[[0.0; 3]; 2]; vectors.len()];
+    fn forces(&self, vectors: &[[DVec3; 2]]) -> Vec<[DVec3; 2]> {
+        let mut forces = vec![[DVec3::ZERO; 2]; vectors.len()];
         for (k, form) in self.forms.iter().enumerate() {
             let (u, w) = self.ends(vectors, k);
-            let [of_u, of_w] = form.halves(u, w).map(|v| v.map(|x| 2.0 * x));
-            forces[k][1] = plus(forces[k][1], 1.0, of_u);
-            let next = self.layout.next(k);
-            forces[next][0] = plus(forces[next][0], 1.0, of_w);
+            let [of_u, of_w] = form.halves(u, w);
+            forces[k][1] += 2.0 * of_u;
+            forces[self.layout.next(k)][0] += 2.0 * of_w;
         }
         forces
     }
 
-    /// The rise of the energy from one state to another, computed without a difference of energies.
-    fn rise(&self, from: &[[Vector; 2]], to: &[[Vector; 2]]) -> f64 {
+    /// The rise of the energy from one state to another, without cancellation.
+    fn rise(&self, from: &[[DVec3; 2]], to: &[[DVec3; 2]]) -> f64 {
         let piece = |(k, form): (usize, &Form)| {
             let ((u, w), (u_to, w_to)) = (self.ends(from, k), self.ends(to, k));
-            let (du, dw) = (plus(u_to, -1.0, u), plus(w_to, -1.0, w));
-            let [of_u, of_w] = form.halves(plus(u, 0.5, du), plus(w, 0.5, dw));
-            2.0 * (dot(of_u, du) + dot(of_w, dw))
+            let (du, dw) = (u_to - u, w_to - w);
+            let [of_u, of_w] = form.halves(u + 0.5 * du, w + 0.5 * dw);
+            2.0 * (of_u.dot(du) + of_w.dot(dw))
         };
         self.forms.iter().enumerate().map(piece).sum()
     }
 
     /// Newton's method. Returns how it ended, the iterations and the gradient's norm.
     fn minimise(&self, joints: &mut [Velocity]) -> (End, u32, f64) {
-        let d = self.layout.dimension();
         let mut damping = 0.0;
-        let mut norm = f64::INFINITY;
-        for iteration in 0..=MOST {
+        let mut iteration = 0;
+        loop {
             let newton = Newton::new(self, joints);
-            norm = newton.norm;
-            if norm <= SMALL {
-                return (End::Converged, iteration, norm);
+            if newton.norm <= SMALL {
+                return (End::Converged, iteration, newton.norm);
             }
             let slow = |joint: &Velocity| joint.slowest().is_some_and(|speed| speed < STILL * self.speed);
             if let Some(joint) = joints.iter().position(slow) {
-                return (End::Still(joint), iteration, norm);
+                return (End::Still(joint), iteration, newton.norm);
             }
             if iteration == MOST {
-                break;
+                return (End::NotConverged, iteration, newton.norm);
             }
-            loop {
-                let Some((step, slope)) = newton.step(damping) else {
-                    damping = f64::max(1e-3, 4.0 * damping);
-                    if damping > 1e12 {
-                        return (End::NotConverged, iteration, norm);
-                    }
-                    continue;
-                };
-                let ratios = step.iter().zip(joints.iter()).flat_map(|(step, joint)| {
-                    (0..joint.unknowns(d)).filter(|&i| joint.is_ratio(i, d)).map(|i| step[i].abs())
-                });
-                let mut factor = (MOST_RATIO / ratios.fold(0.0, f64::max)).min(1.0);
-                let mut taken = None;
-                while factor > 1e-6 {
-                    let moved: Vec<Velocity> =
-                        joints.iter().zip(&step).map(|(joint, step)| joint.moved(step, factor, d)).collect();
-                    let vectors: Vec<[Vector; 2]> = moved.iter().map(Velocity::vectors).collect();
-                    // So near to the minimum a rise is nothing but rounding.
-                    if norm < 1e-8 || self.rise(&newton.vectors, &vectors) <= 1e-4 * factor * slope {
-                        taken = Some(moved);
-                        break;
-                    }
-                    factor *= 0.5;
-                }
-                if let Some(moved) = taken {
-                    joints.copy_from_slice(&moved);
-                    damping = if damping > 1e-6 && factor == 1.0 { 0.1 * damping } else { damping };
-                    damping = if damping <= 1e-6 { 0.0 } else { damping };
-                    break;
+            let (moved, is_whole) = loop {
+                if let Some(taken) = self.descended(&newton, joints, damping) {
+                    break taken;
                 }
                 damping = f64::max(1e-3, 4.0 * damping);
                 if damping > 1e12 {
-                    return (End::NotConverged, iteration, norm);
+                    return (End::NotConverged, iteration, newton.norm);
                 }
+            };
+            joints.copy_from_slice(&moved);
+            damping = if damping > 1e-6 && is_whole { 0.1 * damping } else { damping };
+            damping = if damping <= 1e-6 { 0.0 } else { damping };
+            iteration += 1;
+        }
+    }
+
+    /// The joints after a step that lowers the energy, and whether the whole step was taken.
+    fn descended(&self, newton: &Newton, joints: &[Velocity], damping: f64) -> Option<(Vec<Velocity>, bool)> {
+        let d = self.layout.dimension();
+        let (step, slope) = newton.step(damping)?;
+        let mut largest = 0.0;
+        for (step, joint) in step.iter().zip(joints) {
+            for i in (0..joint.unknowns(d)).filter(|&i| joint.is_ratio(i, d)) {
+                largest = f64::max(largest, step[i].abs());
             }
         }
-        (End::NotConverged, MOST, norm)
+        let mut factor = (MOST_RATIO / largest).min(1.0);
+        while factor > 1e-6 {
+            let moved: Vec<Velocity> =
+                joints.iter().zip(&step).map(|(joint, step)| joint.moved(step, factor, d)).collect();
+            let vectors: Vec<[DVec3; 2]> = moved.iter().map(Velocity::vectors).collect();
+            // Close to the minimum a rise is rounding.
+            if newton.norm < 1e-8 || self.rise(&newton.vectors, &vectors) <= 1e-4 * factor * slope {
+                return Some((moved, factor == 1.0));
+            }
+            factor *= 0.5;
+        }
+        None
     }
 }
 
 /// Newton's system at a state.
 ///
-/// It is scaled by the diagonal of its part without second derivatives of p′.
+/// It is scaled by the diagonal without second derivatives of p′.
 struct Newton {
-    vectors: Vec<[Vector; 2]>,
+    vectors: Vec<[DVec3; 2]>,
     matrix: Blocks,
     gradient: Vec<Row>,
     scale: Vec<Row>,
@@ -278,7 +272,7 @@ struct Newton {
 impl Newton {
     fn new(problem: &Problem, joints: &[Velocity]) -> Self {
         let (layout, d) = (problem.layout, problem.layout.dimension());
-        let vectors: Vec<[Vector; 2]> = joints.iter().map(Velocity::vectors).collect();
+        let vectors: Vec<[DVec3; 2]> = joints.iter().map(Velocity::vectors).collect();
         let forces = problem.forces(&vectors);
         let slopes: Vec<_> = joints.iter().map(|joint| joint.slopes(d)).collect();
         let unknowns: Vec<usize> = joints.iter().map(|joint| joint.unknowns(d)).collect();
@@ -296,18 +290,18 @@ impl Newton {
             let next = layout.next(k);
             for (joint, side, factor) in [(k, 1, form.a), (next, 0, form.c)] {
                 for (i, j) in pairs(unknowns[joint], unknowns[joint]) {
-                    blocks[joint][0][i][j] += 2.0 * factor * dot(slopes[joint][side][i], slopes[joint][side][j]);
+                    blocks[joint][0][i][j] += 2.0 * factor * slopes[joint][side][i].dot(slopes[joint][side][j]);
                 }
             }
             for (i, j) in pairs(unknowns[k], unknowns[next]) {
-                blocks[k][1][i][j] += 2.0 * form.b * dot(slopes[k][1][i], slopes[next][0][j]);
+                blocks[k][1][i][j] += 2.0 * form.b * slopes[k][1][i].dot(slopes[next][0][j]);
             }
         }
         for (k, joint) in joints.iter().enumerate() {
             let curvatures = joint.curvatures(forces[k], d);
             for i in 0..unknowns[k] {
                 newton.scale[k][i] = 1.0 / blocks[k][0][i][i].sqrt();
-                let gradient = dot(slopes[k][0][i], forces[k][0]) + dot(slopes[k][1][i], forces[k][1]);
+                let gradient = slopes[k][0][i].dot(forces[k][0]) + slopes[k][1][i].dot(forces[k][1]);
                 newton.gradient[k][i] = gradient;
                 let unit = if joint.is_ratio(i, d) { 1.0 } else { problem.speed };
                 newton.norm = newton.norm.max((gradient / blocks[k][0][i][i] / unit).abs());

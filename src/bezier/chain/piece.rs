@@ -1,31 +1,22 @@
 //! [`Piece`]: the energy of a piece of a chain.
 //!
-//! It is a quadratic form of the jets at its ends and of what is known between.
+//! It is a quadratic form of the jets at both ends and of the known points between. Unknown points
+//! between are eliminated by the exact operator of [`Completion`].
 //!
-//! Some control points are unknown and not determined by either end. They are those of least energy
-//! for these data, by the exact operator of [`Completion`]. What remains is the form of the ends.
-//!
-//! In the piece's own fraction u = t/h derivatives of order r are hʳ p⁽ʳ⁾, and ∫|p⁽ʳ⁾|² dt =
-//! h^(1−2r) ∫₀¹|∂ʳp/∂uʳ|² du. For a single order h only scales the form. For mixed orders the
-//! points between depend on h: least squares correct the exact solution for h = 1.
+//! With u = t/h derivatives of order r are hʳ p⁽ʳ⁾, and ∫|p⁽ʳ⁾|² dt = h^(1−2r) ∫₀¹|∂ʳp/∂uʳ|² du.
+//! For a single order h scales the form. For mixed orders the points between depend on h, and least
+//! squares correct the exact solution for h = 1.
+
+use glam::DVec3;
 
 use super::super::energy::{Energy, energy_matrix};
 use super::super::exact::{Matrix, to_f64};
 use super::super::pattern::{Completion, Pattern};
 
-/// A vector of up to three coordinates. The others are 0.
-pub(super) type Vector = [f64; 3];
-
 /// Rounding of a datum's share in the rows of the energy, relative to the largest entry.
 const NOTHING: f64 = 1e-12;
 
-/// to + factor · x
-#[inline]
-pub(super) fn plus(to: Vector, factor: f64, x: Vector) -> Vector {
-    std::array::from_fn(|c| to[c] + factor * x[c])
-}
-
-/// Pieces of one degree and one pattern of known points between.
+/// Pieces of one degree and one pattern of known points between the ends.
 ///
 /// Columns are data: the jet at the start (orders 0 to q with respect to u), the jet at the end,
 /// then known points between.
@@ -34,17 +25,17 @@ pub(super) struct Piece {
     smoothness: usize,
     /// The known control points that are data.
     pub inner: Vec<usize>,
-    /// The control points that are made: all but the first, the last and the known ones between.
+    /// The computed control points: all but the first, the last and the known ones between.
     pub made: Vec<usize>,
     columns: usize,
-    /// One row for each point made.
+    /// One row per computed point.
     weights: Vec<f64>,
     /// The sum of each row over points.
     sums: Vec<f64>,
     terms: Vec<Term>,
-    /// For mixed orders, rows of the points that no datum determines.
+    /// For mixed orders, the computed points that no jet determines.
     loose: Vec<usize>,
-    /// Whether the energy determines the points made.
+    /// Whether the energy determines the computed points.
     pub is_unique: bool,
 }
 
@@ -55,17 +46,16 @@ struct Term {
     gram: Vec<f64>,
     /// Energy = |rows data|².
     rows: Vec<f64>,
-    /// Columns of the points that no datum determines.
-    ///
-    /// The rows of the energy are rows · data + of_loose · what is added to these points.
+    /// Columns of the loose points: the rows of the energy are rows · data + of_loose · shift of
+    /// these points.
     of_loose: Vec<f64>,
 }
 
 /// A piece of some length.
 pub(super) struct Sized {
-    /// Rows of the form that belong to jets.
+    /// The form's rows for the jets.
     pub gram: Vec<f64>,
-    /// What is added to the loose points, row after row.
+    /// The shift of the loose points, row by row.
     shift: Vec<f64>,
     /// h
     length: f64,
@@ -137,32 +127,37 @@ impl Piece {
         if self.loose.is_empty() {
             for term in &self.terms {
                 let scale = length.powi(1 - 2 * term.order as i32);
-                gram.iter_mut().zip(&term.gram).for_each(|(to, x)| *to += scale * x);
+                for (to, x) in gram.iter_mut().zip(&term.gram) {
+                    *to += scale * x;
+                }
             }
             return Sized { gram, shift: Vec::new(), length };
         }
         let shift = self.shift(length);
         self.energy_rows(&shift, length, |row| {
             for (i, to) in gram.chunks_exact_mut(self.columns).enumerate() {
-                to.iter_mut().zip(row).for_each(|(to, x)| *to += row[i] * x);
+                for (to, x) in to.iter_mut().zip(row) {
+                    *to += row[i] * x;
+                }
             }
         });
-        // What is rounding alone becomes 0, as it is in exact rationals.
+        // Mere rounding becomes 0, as in exact rationals.
         let of_term = |term: &Term| {
             let largest = term.of_loose.iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
             largest * length.powi(1 - 2 * term.order as i32).sqrt()
         };
         let nothing = (NOTHING * self.terms.iter().map(of_term).fold(0.0, f64::max)).powi(2);
-        for i in (0..rows).filter(|i| gram[i * self.columns + i] <= nothing).collect::<Vec<_>>() {
-            (0..self.columns).for_each(|j| gram[i * self.columns + j] = 0.0);
-            (0..rows).for_each(|j| gram[j * self.columns + i] = 0.0);
+        let vanishing: Vec<usize> = (0..rows).filter(|i| gram[i * self.columns + i] <= nothing).collect();
+        for i in vanishing {
+            gram[i * self.columns..][..self.columns].fill(0.0);
+            for j in 0..rows {
+                gram[j * self.columns + i] = 0.0;
+            }
         }
         Sized { gram, shift, length }
     }
 
-    /// The difference of the loose points from those for h = 1.
-    ///
-    /// Least squares find it, by orthonormal columns (Gram and Schmidt, each twice).
+    /// The shift of the loose points from h = 1, by least squares (Gram–Schmidt, twice).
     fn shift(&self, length: f64) -> Vec<f64> {
         let (n, columns) = (self.loose.len(), self.columns);
         let mut basis: Vec<Vec<f64>> = vec![Vec::new(); n];
@@ -170,13 +165,16 @@ impl Piece {
         for term in &self.terms {
             let scale = length.powi(1 - 2 * term.order as i32).sqrt();
             for row in term.of_loose.chunks_exact(n) {
-                row.iter().zip(&mut basis).for_each(|(x, to)| to.push(scale * x));
+                for (x, to) in row.iter().zip(&mut basis) {
+                    to.push(scale * x);
+                }
             }
             for row in term.rows.chunks_exact(columns) {
-                row.iter().zip(&mut data).for_each(|(x, to)| to.push(scale * x));
+                for (x, to) in row.iter().zip(&mut data) {
+                    to.push(scale * x);
+                }
             }
         }
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let mut upper = vec![0.0; n * n];
         for j in 0..n {
             let (before, rest) = basis.split_at_mut(j);
@@ -184,18 +182,24 @@ impl Piece {
             for (i, other) in before.iter().enumerate().chain(before.iter().enumerate()) {
                 let part = dot(other, own);
                 upper[i * n + j] += part;
-                own.iter_mut().zip(other).for_each(|(x, y)| *x -= part * y);
+                for (x, y) in own.iter_mut().zip(other) {
+                    *x -= part * y;
+                }
             }
             let norm = dot(own, own).sqrt();
             upper[j * n + j] = norm;
-            own.iter_mut().for_each(|x| *x /= norm);
+            for x in own.iter_mut() {
+                *x /= norm;
+            }
         }
         let mut shift = vec![0.0; n * columns];
         for (k, mut column) in data.into_iter().enumerate() {
             let mut parts = vec![0.0; n];
             for (part, own) in parts.iter_mut().zip(&basis) {
                 *part = -dot(own, &column);
-                column.iter_mut().zip(own).for_each(|(x, y)| *x += *part * y);
+                for (x, y) in column.iter_mut().zip(own) {
+                    *x += *part * y;
+                }
             }
             for i in (0..n).rev() {
                 let known: f64 = (i + 1..n).map(|j| upper[i * n + j] * shift[j * columns + k]).sum();
@@ -205,7 +209,7 @@ impl Piece {
         shift
     }
 
-    /// Hands out rows whose squares are the energy.
+    /// Passes rows to `put` whose squares sum to the energy.
     fn energy_rows(&self, shift: &[f64], length: f64, mut put: impl FnMut(&[f64])) {
         let (n, columns) = (self.loose.len(), self.columns);
         let mut own = vec![0.0; columns];
@@ -224,27 +228,30 @@ impl Piece {
     /// The data of a piece from the jets at its ends and the points between.
     ///
     /// Derivatives are with respect to u. Points are relative to `origin`.
-    pub fn data(&self, jets: [&[Vector]; 2], inner: impl Fn(usize) -> Vector, origin: Vector) -> Vec<Vector> {
-        let relative = |(r, &x): (usize, &Vector)| if r == 0 { plus(x, -1.0, origin) } else { x };
-        let ends = jets.into_iter().flat_map(|jet| jet.iter().enumerate().map(relative));
-        ends.chain(self.inner.iter().map(|&i| plus(inner(i), -1.0, origin))).collect()
+    pub fn data(&self, jets: [&[DVec3]; 2], inner: impl Fn(usize) -> DVec3, origin: DVec3) -> Vec<DVec3> {
+        let mut data = Vec::with_capacity(self.columns);
+        for jet in jets {
+            data.push(jet[0] - origin);
+            data.extend_from_slice(&jet[1..]);
+        }
+        data.extend(self.inner.iter().map(|&i| inner(i) - origin));
+        data
     }
 
-    /// Hands out the points made, from data relative to `origin`. Returns the energy.
-    pub fn make(&self, sized: &Sized, data: &[Vector], origin: Vector, mut put: impl FnMut(usize, Vector)) -> f64 {
-        let apply = |row: &[f64]| row.iter().zip(data).fold([0.0; 3], |sum, (&x, &datum)| plus(sum, x, datum));
+    /// Passes the computed points to `put`, from data relative to `origin`. Returns the energy.
+    pub fn make(&self, sized: &Sized, data: &[DVec3], origin: DVec3, mut put: impl FnMut(usize, DVec3)) -> f64 {
         for (k, row) in self.weights.chunks_exact(self.columns).enumerate() {
-            let mut point = plus(apply(row), self.sums[k], origin);
+            let mut point = combined(row, data) + self.sums[k] * origin;
             if !sized.shift.is_empty()
                 && let Some(i) = self.loose.iter().position(|&own| own == k)
             {
-                point = plus(point, 1.0, apply(&sized.shift[i * self.columns..][..self.columns]));
+                point += combined(&sized.shift[i * self.columns..][..self.columns], data);
             }
             put(self.made[k], point);
         }
         let mut energy = 0.0;
         self.energy_rows(&sized.shift, sized.length, |row| {
-            energy += apply(row).iter().map(|x| x * x).sum::<f64>();
+            energy += combined(row, data).length_squared();
         });
         energy
     }
@@ -253,4 +260,18 @@ impl Piece {
     pub fn columns(&self) -> usize {
         self.columns
     }
+}
+
+/// Σ weights · data
+#[inline]
+pub(super) fn combined(weights: &[f64], data: &[DVec3]) -> DVec3 {
+    let mut sum = DVec3::ZERO;
+    for (&weight, &datum) in weights.iter().zip(data) {
+        sum += weight * datum;
+    }
+    sum
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

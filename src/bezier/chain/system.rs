@@ -1,20 +1,22 @@
 //! The joints of a chain as one block tridiagonal system, cyclic if the chain is closed.
 //!
-//! The matrix is the sum over pieces of the form of their ends.
+//! The matrix sums the quadratic forms of the pieces.
 
 use std::collections::HashMap;
+
+use glam::DVec3;
 
 use super::blocks::{Blocks, MOST_ROWS, Row};
 use super::joint::Joint;
 use super::layout::{Layout, Trouble};
-use super::piece::{Piece, Sized, Vector, plus};
+use super::piece::{Piece, Sized, combined};
 use crate::batch::CurveBatch;
 use crate::report::CurveReport;
 use crate::status::CurveStatus;
 
 /// A curve with its linear system.
 ///
-/// The matrix has a unit diagonal. Each coordinate has one right-hand side.
+/// The matrix has a unit diagonal. There is one right-hand side per coordinate.
 pub(super) struct System<'a> {
     pub layout: Layout<'a>,
     smoothness: usize,
@@ -37,7 +39,7 @@ pub(super) struct Done {
     pub iterations: u32,
     /// The gradient of Newton's method at the end.
     pub gradient_norm: f64,
-    /// The joint to blame, and what is wrong with it.
+    /// The joint at fault, and its problem.
     pub message: Option<(usize, String)>,
 }
 
@@ -53,27 +55,27 @@ impl Done {
     }
 }
 
-/// A sum of rounded numbers within this of 0, relative to them, counts as 0.
+/// A sum below this, relative to its terms, counts as 0.
 const SINGULAR: f64 = 1e-13;
 
-/// The largest pivot that counts as singular, up to rounding, for so many joints.
+/// The largest pivot that counts as singular, up to rounding.
 ///
-/// The matrix has a unit diagonal. Measured pivots of singular matrices grow with the square of the
-/// number of joints, to 1e-9. Pivots of splines with n unknown joints in a row are about 1/n.
+/// Measured pivots of singular matrices grow with the square of the number of joints, to 1e-9.
+/// Pivots of splines with n consecutive unknown joints are about 1/n.
 fn singular(joints: usize) -> f64 {
     (SINGULAR * (joints as f64).powi(2)).min(2e-9)
 }
 
-/// Rows of a block: the unknowns of a joint in a coordinate, at most.
+/// Rows of a block: the most unknowns of a joint per coordinate.
 pub(super) fn rows(smoothness: usize) -> usize {
     smoothness.max(1) + 1
 }
 
 impl<'a> System<'a> {
-    /// Sets up the system. `pieces` has the forms of all patterns of inner points.
+    /// Sets up the system, with the forms of all patterns of inner points in `pieces`.
     ///
     /// # Errors
-    /// A contradiction at a joint.
+    /// Contradictory conditions at a joint.
     pub fn new(layout: Layout<'a>, smoothness: usize, pieces: &'a HashMap<u32, Piece>) -> Result<Self, Trouble> {
         let count = layout.joints();
         let joints: Vec<Joint> =
@@ -100,51 +102,52 @@ impl<'a> System<'a> {
         let (a, b) = (k, self.layout.next(k));
         let (piece, sized) = &self.pieces[k];
         let (jet, columns, h) = (self.smoothness + 1, piece.columns(), self.layout.lengths[k]);
-        let base = [a, b].map(|joint| self.joints[joint].jet(|_| [0.0; 3], h));
+        let base = [a, b].map(|joint| self.joints[joint].jet(|_| DVec3::ZERO, h));
         let inner = |j: usize| self.layout.relative(self.layout.place(k, j));
         let data = piece.data([&base[0][..jet], &base[1][..jet]], inner, base[0][0]);
-        let slope: Vec<Vector> = (0..2 * jet)
-            .map(|i| {
-                let row = &sized.gram[i * columns..][..columns];
-                row.iter().zip(&data).fold([0.0; 3], |sum, (&x, &datum)| plus(sum, x, datum))
-            })
-            .collect();
+        let slope: Vec<DVec3> = (0..2 * jet).map(|i| combined(&sized.gram[i * columns..][..columns], &data)).collect();
         // The jet at an end as a function of the unknowns.
         let by_unknown = |joint: usize| {
             let own = &self.joints[joint];
             let ratio = h / own.scale;
-            let powers = [1.0, ratio, ratio * ratio];
-            (0..own.free).map(move |j| std::array::from_fn::<f64, 3, _>(|r| own.basis[j][r] * powers[r]))
+            let powers = DVec3::new(1.0, ratio, ratio * ratio);
+            own.basis[..own.free].iter().map(move |row| row * powers)
         };
-        let product = |x: &[f64; 3], from: usize, y: &[f64; 3], to: usize| -> f64 {
+        let product = |x: DVec3, from: usize, y: DVec3, to: usize| -> f64 {
             let entries = (0..jet).flat_map(|r| (0..jet).map(move |s| (r, s)));
             entries.map(|(r, s)| x[r] * sized.gram[(from * jet + r) * columns + to * jet + s] * y[s]).sum()
         };
-        let magnitude = |x: &[f64; 3], end: usize| -> f64 {
+        let magnitude = |x: DVec3, end: usize| -> f64 {
             let entries = (0..jet).flat_map(|r| (0..jet).map(move |s| (r, s)));
             entries.map(|(r, s)| (x[r] * sized.gram[(end * jet + r) * columns + end * jet + s] * x[s]).abs()).sum()
         };
-        let (mut own, mut sides) = ([[Row::default(); MOST_ROWS]; 3], [[[0.0; 3]; MOST_ROWS]; 2]);
+        let (mut own, mut sides) = ([[Row::default(); MOST_ROWS]; 3], [[DVec3::ZERO; MOST_ROWS]; 2]);
         for (block, (from, to)) in own.iter_mut().zip([(0, 0), (1, 1), (0, 1)]) {
             for (i, x) in by_unknown([a, b][from]).enumerate() {
                 for (j, y) in by_unknown([a, b][to]).enumerate() {
-                    block[i][j] = product(&x, from, &y, to);
+                    block[i][j] = product(x, from, y, to);
                 }
             }
         }
         for (end, side) in sides.iter_mut().enumerate() {
             for (i, x) in by_unknown([a, b][end]).enumerate() {
-                self.magnitudes[[a, b][end]][i] += magnitude(&x, end);
-                side[i] = (0..jet).fold([0.0; 3], |sum, r| plus(sum, -x[r], slope[end * jet + r]));
+                self.magnitudes[[a, b][end]][i] += magnitude(x, end);
+                for r in 0..jet {
+                    side[i] -= x[r] * slope[end * jet + r];
+                }
             }
         }
         for (joint, place, block) in [(a, 0, own[0]), (b, 0, own[1]), (a, 1, own[2])] {
             let to = self.matrix.blocks[joint][place].as_flattened_mut();
-            to.iter_mut().zip(block.as_flattened()).for_each(|(to, x)| *to += x);
+            for (to, x) in to.iter_mut().zip(block.as_flattened()) {
+                *to += x;
+            }
         }
         for (joint, side) in [(a, sides[0]), (b, sides[1])] {
             for (c, rhs) in self.rhs.iter_mut().enumerate() {
-                rhs[joint].iter_mut().zip(side).for_each(|(to, x)| *to += x[c]);
+                for (to, x) in rhs[joint].iter_mut().zip(side) {
+                    *to += x[c];
+                }
             }
         }
     }
@@ -161,7 +164,7 @@ impl<'a> System<'a> {
                 if own > SINGULAR * self.magnitudes[joint][i] {
                     scale[i] = 1.0 / own.sqrt();
                 } else {
-                    // Only rounding is left: the matrix is singular, and must look so.
+                    // The rest is rounding: the matrix is singular.
                     block[0][i][i] = -coupled;
                 }
             }
@@ -216,22 +219,19 @@ impl<'a> System<'a> {
             return Err(self.undetermined());
         }
         let unknown = |joint: usize, i: usize| {
-            let value = |c: usize| x.get(c).map_or(0.0, |x| x[joint][i] * self.scale[joint][i]);
-            std::array::from_fn(value)
+            let mut value = DVec3::ZERO;
+            for (c, x) in x.iter().enumerate() {
+                value[c] = x[joint][i] * self.scale[joint][i];
+            }
+            value
         };
         let mut coords = self.layout.coords();
         let mut energy = 0.0;
         for (k, (piece, sized)) in self.pieces.iter().enumerate() {
             let ends = [k, self.layout.next(k)];
             let jets = ends.map(|joint| self.joints[joint].jet(|i| unknown(joint, i), self.layout.lengths[k]));
-            energy += finish_piece(
-                &self.layout,
-                k,
-                piece,
-                sized,
-                jets.each_ref().map(|jet| &jet[..=self.smoothness]),
-                &mut coords,
-            );
+            let jets = jets.each_ref().map(|jet| &jet[..=self.smoothness]);
+            energy += finish_piece(&self.layout, k, piece, sized, jets, &mut coords);
         }
         let unique = self.pieces.iter().all(|(piece, _)| piece.is_unique);
         let status = if unique { CurveStatus::Converged } else { CurveStatus::NotUnique };
@@ -244,8 +244,7 @@ impl<'a> System<'a> {
             (0..self.layout.coords().len() / self.layout.dimension()).filter(|&k| self.layout.is_known(k)).count();
         let what = format!(
             "the energy does not determine the chain from {known} known control points: give more of them, or a \
-             tangent, or let the \
-             energy weigh a lower order"
+             tangent, or let the energy weigh a lower order"
         );
         (CurveStatus::Degenerate, self.layout.joint_place(joint), what)
     }
@@ -257,14 +256,14 @@ pub(super) fn finish_piece(
     k: usize,
     piece: &Piece,
     sized: &Sized,
-    jets: [&[Vector]; 2],
+    jets: [&[DVec3]; 2],
     coords: &mut [f64],
 ) -> f64 {
     let origin = jets[0][0];
     let data = piece.data(jets, |j| layout.relative(layout.place(k, j)), origin);
-    let absolute = plus(layout.origin, 1.0, origin);
+    let absolute = layout.origin + origin;
     layout.put(coords, layout.place(k, 0), absolute);
-    layout.put(coords, layout.place(k, layout.degree), plus(layout.origin, 1.0, jets[1][0]));
+    layout.put(coords, layout.place(k, layout.degree), layout.origin + jets[1][0]);
     piece.make(sized, &data, absolute, |j, point| layout.put(coords, layout.place(k, j), point))
 }
 

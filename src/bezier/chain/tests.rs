@@ -1,9 +1,12 @@
 //! Pieces against exact completions, joints against what is known of them, and long chains.
 
-use super::joint::{Condition, Joint, dot};
+use glam::DVec3;
+
+use super::joint::{Condition, Joint};
 use super::piece::Piece;
 use super::*;
 use crate::constraint::Constraints;
+use crate::report::CurveReport;
 use crate::status::CurveStatus;
 
 #[test]
@@ -26,11 +29,11 @@ fn mixed_energies_of_any_length_are_those_of_the_exact_completion() {
                 let off = (a - b).abs() / (diagonal(i) * diagonal(j));
                 assert!(off <= tolerance, "degree {degree}, length {h}, {i}, {j}: {a}, {b}");
             }
-            let data: Vec<[f64; 3]> =
-                (0..mixed.columns()).map(|k| [(k as f64).sin(), (3.0 * k as f64).cos(), 1.0]).collect();
+            let data: Vec<DVec3> =
+                (0..mixed.columns()).map(|k| DVec3::new((k as f64).sin(), (3.0 * k as f64).cos(), 1.0)).collect();
             let made = |piece: &Piece, sized| {
                 let mut points = Vec::new();
-                let energy = piece.make(sized, &data, [0.0; 3], |_, point| points.push(point));
+                let energy = piece.make(sized, &data, DVec3::ZERO, |_, point| points.push(point.to_array()));
                 (points, energy)
             };
             let ((ours, energy), (theirs, exact)) = (made(&mixed, &ours), made(&exact, &theirs));
@@ -44,7 +47,7 @@ fn mixed_energies_of_any_length_are_those_of_the_exact_completion() {
 }
 
 fn condition(coefficients: [f64; 3], x: f64, point: usize) -> Condition {
-    Condition { coefficients, value: [x, 0.0, 0.0], point }
+    Condition { coefficients: coefficients.into(), value: DVec3::new(x, 0.0, 0.0), point }
 }
 
 #[test]
@@ -53,14 +56,14 @@ fn joints_keep_what_is_known_of_them_and_leave_the_rest_free() {
     let conditions = [condition([1.0, 2.0, 1.5], 3.0, 7), condition([1.0, -2.0, 1.5], 1.0, 8)];
     let joint = Joint::new(2, 1.0, &conditions, 3.0).unwrap();
     assert_eq!(joint.free, 1);
-    let value = |row: [f64; 3], y: f64| {
-        let jet = joint.jet(|_| [y, 0.0, 0.0], 1.0);
+    let value = |row: DVec3, y: f64| {
+        let jet = joint.jet(|_| DVec3::new(y, 0.0, 0.0), 1.0);
         (0..3).map(|r| row[r] * jet[r][0]).sum::<f64>()
     };
     for (own, y) in conditions.iter().zip([-2.0, 5.0]) {
         assert!((value(own.coefficients, y) - own.value[0]).abs() < 1e-14);
     }
-    assert!((dot(joint.basis[0], joint.basis[0]) - 1.0).abs() < 1e-15);
+    assert!((joint.basis[0].length_squared() - 1.0).abs() < 1e-15);
     // The difference of these handles is a derivative: a tangent says it again, or something else.
     let with = |tangent: f64| {
         [

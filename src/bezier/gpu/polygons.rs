@@ -7,10 +7,10 @@ use std::collections::BTreeMap;
 
 use super::layout::CurveResults;
 use super::{NONE, Product, Products};
-use crate::bezier::complete::{Completion, Outcome, Solved};
 use crate::bezier::operator::Operator;
-use crate::bezier::polygons::{Controls, Polygons};
-use crate::bezier::ready::{MOST_DATA, Ready};
+use crate::bezier::polygons::{Controls, Polygons, Solved};
+use crate::bezier::prepared::PreparedBatch;
+use crate::bezier::ready::{MOST_DATA, Outcome, Ready};
 use crate::bezier::refusal::Refusal;
 use crate::bounds::Bounds;
 use crate::error::Result;
@@ -42,7 +42,7 @@ pub(super) const ROUNDINGS: f64 = 5.0;
 pub(crate) fn complete_on_gpu<const D: usize>(
     gpu: &Gpu,
     precision: Precision,
-    completion: &Completion,
+    completion: &PreparedBatch,
     solved: &mut Solved,
 ) -> Result<Vec<Outcome>> {
     let narrow = precision != Precision::F64;
@@ -151,7 +151,7 @@ struct Line {
 }
 
 impl Line {
-    fn of(ready: &Ready, completion: &Completion) -> Option<Self> {
+    fn of(ready: &Ready, completion: &PreparedBatch) -> Option<Self> {
         let (&first, &last) = (ready.known.first()?, ready.known.last()?);
         if !ready.is_unique || completion.energy.weights[0] > 0.0 || first == last {
             return None;
