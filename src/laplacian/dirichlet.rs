@@ -1,6 +1,6 @@
-//! The Dirichlet energy of a grid, and how well a subdivided grid meets the equations E₂ₙp = UEₙp₀.
+//! The Dirichlet energy of a grid, and the residual of the equations E₂ₙp = UEₙp₀.
 
-/// Points of a grid, `dimension` values each, row after row.
+/// Points of a grid, `dimension` values each, row by row.
 #[derive(Clone, Copy)]
 pub(super) struct Grid<'a> {
     pub dimension: usize,
@@ -15,7 +15,7 @@ impl Grid<'_> {
 
     /// Weight of the edges along a row (column): ½ at a border, else 1.
     ///
-    /// A grid of one row has no borders beside it.
+    /// A grid of one row has no borders along it.
     fn weight(&self, axis: usize, line: usize) -> f64 {
         let last = self.shape[axis] - 1;
         if last > 0 && (line == 0 || line == last) { 0.5 } else { 1.0 }
@@ -43,18 +43,17 @@ impl Grid<'_> {
 
     /// The factor of U: 1 for surfaces, ½ for a grid of one row.
     ///
-    /// Such a grid is a function of one variable. The energy of a line doubles as its points do.
+    /// The energy of a line doubles with its number of points.
     fn upsampling(&self) -> f64 {
         if self.shape.contains(&1) { 0.5 } else { 1.0 }
     }
 }
 
-/// The Dirichlet energy pᵀEp of a grid of so many rows and columns.
+/// The Dirichlet energy pᵀEp of a grid.
 ///
-/// It is the sum of w · |difference|² over all edges between neighbours, with w = 1, or ½ at the
-/// border. Its unit is that of the squared values. For values linear along edges it is ∫|∇p|² over
-/// squares of two triangles each, whatever the spacing. It is summed over the `dimension` values of
-/// a point.
+/// It is Σ w · |difference|² over all edges between neighbours, with w = 1, or ½ at the border,
+/// summed over the `dimension` values of a point. Its unit is the squared unit of the values. For a
+/// piecewise linear function on triangles it is ∫|∇p|².
 ///
 /// ```
 /// use faircurve::laplacian::energy;
@@ -63,7 +62,7 @@ impl Grid<'_> {
 /// ```
 ///
 /// # Panics
-/// If the values are not `dimension` a point.
+/// If there are not `dimension` values per point.
 pub fn energy(dimension: usize, shape: [usize; 2], values: &[f64]) -> f64 {
     assert_eq!(values.len(), dimension * shape[0] * shape[1], "values of a grid of {shape:?}");
     let grid = Grid { dimension, shape, values };
@@ -82,13 +81,14 @@ pub fn energy(dimension: usize, shape: [usize; 2], values: &[f64]) -> f64 {
     edges(0) + edges(1)
 }
 
-/// How far a grid p is from the exact subdivision of p₀: the largest entry of |E p − UʳE p₀|.
+/// The residual of a grid p as a subdivision of p₀ in r `rounds`: the largest entry of |E p − UʳE
+/// p₀|.
 ///
-/// p comes from r `rounds`. It has (rows − 1) · 2ʳ + 1 rows, and columns likewise. The result is in
-/// the unit of the values. Rounding makes it some ε times the largest value.
+/// p has (rows − 1) · 2ʳ + 1 rows, and columns likewise. Rounding alone gives some ε times the
+/// largest value.
 ///
 /// # Panics
-/// If the shapes or the values do not fit.
+/// If the shapes or the numbers of values do not match.
 pub fn residual(dimension: usize, shape: [usize; 2], coarse: &[f64], fine: &[f64], rounds: u32) -> f64 {
     let fine_shape = super::refine::refined(shape, rounds).expect("grids that are in memory have a shape");
     assert_eq!(coarse.len(), dimension * shape[0] * shape[1], "values of the coarse grid");

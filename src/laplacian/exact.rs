@@ -13,9 +13,9 @@
 //!
 //! > v = p − 2λ²w,  (2 + μ) wᵢ − wᵢ₋₁ − wᵢ₊₁ = pᵢ.
 //!
-//! 2λ²/μ ≤ 1, so nothing is ill-conditioned, not even the constant (λ = 0, v = p). The mean is kept
-//! by itself. If p varies slowly, v is far less than p at high frequencies, and a difference would
-//! leave few digits of it. The equation for w, mirrored beyond the borders, gives v without one:
+//! 2λ²/μ ≤ 1, so all systems are well-conditioned, including the constant (λ = 0, v = p). For
+//! slowly varying p, v is much smaller than p at high frequencies. The equation for w, mirrored
+//! beyond the borders, gives it without cancellation:
 //!
 //! > v = ((4 − λ) pᵢ + 2λ (2wᵢ − wᵢ₋₁ − wᵢ₊₁)) / (4 + λ).
 //!
@@ -33,10 +33,10 @@ use crate::parallel;
 /// Frequencies swept side by side: two cache lines of f64.
 const BLOCK: usize = 16;
 
-/// Numbers that are worth a task: some tens of microseconds of transforms. Not in the kernel.
+/// Numbers per task: some tens of microseconds of transforms. Not in the kernel.
 const TASK: usize = 1 << 14;
 
-/// Coarse grids of so many points are shared between threads. Not in the kernel.
+/// Points of a coarse grid from which threads share it. Not in the kernel.
 const LARGE: usize = 4 * TASK;
 
 /// One round of the exact rule on grids of one shape: (n + 1) × (m + 1) points, n and m > 0.
@@ -108,7 +108,7 @@ impl<S: Real + Transformed> Exact<S> {
         self.lambda.len().div_ceil(BLOCK)
     }
 
-    /// Numbers of scratch that a thread needs.
+    /// Size of a thread's scratch memory.
     fn scratch(&self) -> usize {
         self.forward.get_scratch_len().max(self.inverse.get_scratch_len()).max(3 * self.shape[0] * BLOCK)
     }
@@ -138,7 +138,9 @@ impl<S: Real + Transformed> Exact<S> {
                 w.copy_from_slice(&v[block * rows + first + row][..w.len()]);
             }
             self.inverse.process_dct1_with_scratch(w, scratch);
-            w.iter_mut().for_each(|x| *x = *x * scale);
+            for x in w {
+                *x = *x * scale;
+            }
         }
     }
 
@@ -205,7 +207,7 @@ pub(super) fn lambda(l: usize, m: usize) -> f64 {
     4.0 * sine * sine
 }
 
-/// Rows of the fine grid, computed from W in the even ones. `below` is the W after the last of them, if there
+/// Computes rows of the fine grid from W in the even rows. `below` is the next row of W, if there
 /// is one.
 fn combine<S: Real>(wide: usize, fine: &mut [S], below: &[S]) {
     let half = S::from_f64(0.5);

@@ -35,7 +35,7 @@ fn next(shape: [usize; 2]) -> [usize; 2] {
     shape.map(|points| 2 * points - 1)
 }
 
-/// Whether a grid is a function of one variable. Both rules then put new points in the middle.
+/// Whether a grid has one row or column. New points are then midpoints.
 pub(super) fn is_line(shape: [usize; 2]) -> bool {
     shape.contains(&1)
 }
@@ -101,7 +101,7 @@ impl<S: Real + Transformed> Refiner<S> {
     }
 }
 
-/// A point halfway between any two neighbours.
+/// Inserts midpoints.
 fn halve<S: Real>(dimension: usize, coarse: &[S], fine: &mut [S]) {
     let half = S::from_f64(0.5);
     for (k, point) in coarse.chunks_exact(dimension).enumerate() {
@@ -109,13 +109,13 @@ fn halve<S: Real>(dimension: usize, coarse: &[S], fine: &mut [S]) {
     }
     for (k, pair) in coarse.windows(2 * dimension).step_by(dimension).enumerate() {
         for c in 0..dimension {
-            // Halves first, since the sum may overflow.
+            // The sum of halves does not overflow.
             fine[(2 * k + 1) * dimension + c] = half * pair[c] + half * pair[dimension + c];
         }
     }
 }
 
-/// Applies an operation to every coordinate by itself.
+/// Applies an operation to each coordinate.
 fn each_coordinate<S: Real>(dimension: usize, coarse: &[S], fine: &mut [S], operation: impl Fn(&[S], &mut [S]) + Sync) {
     if dimension == 1 {
         return operation(coarse, fine);

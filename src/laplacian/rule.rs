@@ -1,4 +1,5 @@
-//! [`SparseRule`]: weights in a window of 3 to 11 points, from tables that linear programmes gave.
+//! [`SparseRule`]: weights in a window of 3 to 11 points, from tables computed by linear
+//! programming.
 
 mod constants;
 mod linear;
@@ -13,11 +14,10 @@ pub enum Reproduces {
     /// Constants: the weights of each new point sum to 1.
     #[default]
     Constants,
-    /// Linear functions too: each new point of a plane is the middle of its neighbours, also at the
-    /// border and the corners.
+    /// Linear functions too, also at the border and the corners.
     ///
-    /// The exact rule does not do that at a border, where its surfaces are level across. So these
-    /// rules differ from it there, however large their support.
+    /// The exact rule does not reproduce them at a border, where the normal derivative is 0. So
+    /// these rules differ from it there, whatever their support.
     Linear,
 }
 
@@ -26,7 +26,7 @@ words!(Reproduces, "kind of functions": [
     (Linear, "linear", "Linear functions are kept, at the borders too"),
 ]);
 
-/// What the programmes of one support gave.
+/// The result of the linear programmes for one support.
 #[derive(Debug, PartialEq)]
 struct Table {
     /// The maxima of the three classes.
@@ -37,10 +37,9 @@ struct Table {
 
 /// A sparse rule of subdivision.
 ///
-/// S has the symmetries of the grid. No entry is further than the radius from the place of its
-/// coarse point. ‖E₂ₙS − UEₙ‖∞ is as small as can be, first in the
-/// interior, then at borders, then at corners. Of all such masks of a class, the rule's own are
-/// the nearest to the exact rule in least squares.
+/// S has the symmetries of the grid and entries within the radius. ‖E₂ₙS − UEₙ‖∞ is minimal, class
+/// after class: interior, borders, corners. Of the minimisers, the rule has the masks closest to
+/// the exact rule in least squares.
 ///
 /// | support | least ‖E₂ₙS − UEₙ‖∞ in the interior | least own intervals |
 /// |---|---|---|
@@ -50,9 +49,8 @@ struct Table {
 /// | 9 | 0.031202 | 10 |
 /// | 11 | 0.016186 | 11 |
 ///
-/// At borders and corners it is no more if constants are reproduced. Rules that reproduce linear
-/// functions pay for it there: 1, 0.99, ½ and ½ for supports 5 to 11. Planes have energy at a
-/// border, and the fine grid cannot keep it on every second point alone.
+/// At borders and corners the norm is the same if constants are reproduced. For rules that
+/// reproduce linear functions it is 1, 0.99, ½ and ½ for supports 5 to 11.
 ///
 /// # Examples
 ///
@@ -106,7 +104,8 @@ impl SparseRule {
         2 * self.radius() + 1
     }
 
-    /// How far a mask reaches from the place of its coarse point, in fine steps.
+    #[doc(hidden)]
+    /// The radius of a mask, in fine steps.
     pub fn radius(&self) -> usize {
         self.unknowns.radius
     }
@@ -116,41 +115,40 @@ impl SparseRule {
         self.reproduces
     }
 
+    #[doc(hidden)]
     /// The fewest intervals along both axes with which a grid has border and corner masks.
     ///
-    /// With so many no row of E₂ₙS − UEₙ sees masks of two opposite borders. No programme has
-    /// covered such rows.
+    /// Then no row of E₂ₙS − UEₙ involves masks of two opposite borders.
     pub fn least_intervals(&self) -> usize {
         2 * (self.unknowns.own_rows - 1) + self.radius() + 2
     }
 
-    /// The largest Σ |entry| of the rows of E₂ₙS − UEₙ, one for each class of rows.
-    ///
-    /// The classes are rows that see interior masks only, those that see a border mask, and those
-    /// that see a corner mask. Given the masks of the classes before, each exceeds the least
-    /// possible by no more than 1e-7 of it.
+    #[doc(hidden)]
+    /// The largest Σ |entry| of the rows of E₂ₙS − UEₙ: rows with interior masks only, rows with a
+    /// border mask, and rows with a corner mask. Given the masks of the previous classes, each is
+    /// within a relative 1e-7 of the minimum.
     pub fn residual(&self) -> [f64; 3] {
         self.table.residual
     }
 
+    #[doc(hidden)]
     /// The entry of S: the weight of a coarse point in a fine one.
     ///
     /// The grid has `intervals` (at least 1) along both axes, with 0 ≤ fine ≤ 2 · intervals and 0 ≤
     /// coarse ≤ intervals.
     ///
-    /// Grids of fewer than [`least_intervals`](Self::least_intervals) along an axis have the
-    /// interior mask everywhere, summed over all reflections. Reflections are even, as in the exact
-    /// rule. For linear functions they are reflections in the points of the border, p(−a) = 2p(0) −
-    /// p(a).
+    /// Grids with fewer than [`least_intervals`](Self::least_intervals) along an axis have the
+    /// interior mask everywhere, summed over all reflections: even ones for constants, p(−a) =
+    /// 2p(0) − p(a) for linear functions.
     ///
-    /// Entries that the symmetries of the rectangle make alike have the same bits.
+    /// Symmetric entries have the same bits.
     pub fn weight(&self, fine: [usize; 2], coarse: [usize; 2], intervals: [usize; 2]) -> f64 {
         let [first, second] = [0, 1].map(|axis| Place::of(fine[axis], coarse[axis], intervals[axis]));
         if intervals.iter().all(|&n| n >= self.least_intervals()) {
             let [fine, coarse] = [[first.fine, second.fine], [first.coarse, second.coarse]];
             return self.unknowns.entry(fine, coarse, [true, true]).map_or(0.0, |unknown| self.table.entries[unknown]);
         }
-        // Sums in one order give one result.
+        // One order gives symmetric entries the same bits.
         let [first, second] = [first.min(second), first.max(second)].map(|place| self.images(place));
         let products = first.iter().flat_map(|&(i, x)| second.iter().map(move |&(j, y)| x * y * self.interior(i, j)));
         products.sum()
@@ -161,10 +159,7 @@ impl SparseRule {
         self.unknowns.entry([i, j], [0, 0], [false, false]).map_or(0.0, |unknown| self.table.entries[unknown])
     }
 
-    /// The points of the infinite line, in the window of a fine point, that depend on the coarse
-    /// point.
-    ///
-    /// Each has its fine distance and the weight of the coarse point in it.
+    /// The images of the coarse point in the window of a fine point: fine distance and weight.
     fn images(&self, place: Place) -> Vec<(isize, f64)> {
         let radius = self.radius() as isize;
         let window = (place.fine - radius + 1).div_euclid(2)..=(place.fine + radius).div_euclid(2);
@@ -175,8 +170,8 @@ impl SparseRule {
 
 /// A fine and a coarse point along one axis.
 ///
-/// They are counted from the end where the fine point comes first. In the middle they are counted
-/// from the end where the coarse point does.
+/// They are counted from the nearer end of the fine point, or of the coarse point if the fine point
+/// is in the middle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Place {
     intervals: isize,
@@ -191,9 +186,7 @@ impl Place {
         Place { intervals, fine, coarse }
     }
 
-    /// The coefficient of the coarse point in the value at a whole number `x`.
-    ///
-    /// Reflections continue values beyond the ends.
+    /// The coefficient of the coarse point in the reflected value at the integer `x`.
     fn share(&self, x: isize, reproduces: Reproduces) -> f64 {
         let (turns, rest) = (x.div_euclid(2 * self.intervals), x.rem_euclid(2 * self.intervals));
         let is = |place: isize| if place == self.coarse { 1.0 } else { 0.0 };

@@ -42,7 +42,7 @@ struct Round<'a, S> {
 }
 
 impl<S: Real> Round<'_, S> {
-    /// Computes some columns of a new row one by one. Their windows may be cut by borders.
+    /// Computes columns of a new row one by one. Their windows may be cut by borders.
     #[inline(never)]
     fn each(&self, row: usize, columns: Range<usize>, fine: &mut [S]) {
         let &Round { stencils, dimension, shape: [rows, width], coarse } = self;
@@ -100,8 +100,8 @@ impl<S: Real> Band<'_, S> {
     }
 }
 
-/// New rows with radius R and D values a point, between borders side by side. D = 0 stands for any
-/// number.
+/// New rows with radius R and D values per point (any number for D = 0), between borders side by
+/// side.
 struct Rows<'a, S, const R: usize, const D: usize>(Band<'a, S>);
 
 impl<S: Real, const R: usize, const D: usize> Operation for Rows<'_, S, R, D> {
@@ -176,7 +176,7 @@ fn sums<S: Real, const R: usize, const ODD: usize, const L: usize>(
     sums
 }
 
-/// Even and odd points in turn.
+/// Interleaves even and odd points.
 #[inline(always)]
 fn put<S: Real, const D: usize>(fine: &mut [S], at: usize, dimension: usize, even: [S; LANES], odd: [S; LANES]) {
     if D == 1 {

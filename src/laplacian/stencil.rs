@@ -1,11 +1,8 @@
-//! [`Stencils`]: which old points each new point looks at, and with which weights.
+//! [`Stencils`]: the old points and weights of each new point, by a sparse rule.
 //!
-//! They are a sparse rule seen from the new points.
-//!
-//! Rows of new points fall into *lines*. A row that sees a border is a line of its own, counted
-//! from that border. Between the borders even and odd lines alternate. The same holds for columns.
-//! A pair of lines has one stencil. If borders are so near to each other that a row may see both,
-//! every row is a line of its own.
+//! Rows of new points are classified into *lines*. Each row whose window meets a border is a line,
+//! counted from that border. Between the borders even and odd lines alternate. On short axes every
+//! row is a line. The same holds for columns. A pair of lines has one stencil.
 
 use super::SparseRule;
 use crate::linalg::Real;
@@ -15,25 +12,22 @@ use crate::linalg::Real;
 pub(super) struct Stencils<S> {
     radius: usize,
     pub axes: [Axis; 2],
-    /// The weights, pair after pair.
-    ///
-    /// Each pair has a square of radius + 1 rows and columns. The upper left of the square holds
-    /// the window's weights, row after row. The rest is zeros.
+    /// The weights, pair by pair: squares of radius + 1 rows and columns with the window's weights,
+    /// row by row, padded with zeros.
     weights: Vec<S>,
 }
 
 /// The lines across one axis of the grid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Axis {
-    /// So few intervals that every row is a line.
+    /// This number of intervals. Every row is a line.
     Short(usize),
-    /// So many lines see a border at each end. Two lines alternate between.
+    /// This number of lines meet the border at each end. Two lines alternate between.
     Long(usize),
 }
 
 impl Axis {
-    /// The lines of so many intervals, under a rule with borders of its own from `least` intervals
-    /// on.
+    /// The lines of an axis, under a rule with border masks from `least` intervals on.
     pub fn of(intervals: usize, least: usize) -> Self {
         if intervals < least { Axis::Short(intervals) } else { Axis::Long(least) }
     }
@@ -71,7 +65,7 @@ impl Axis {
     }
 }
 
-/// The old rows (columns) that a new one may look at: the first, and how many.
+/// The window of old rows (columns) of a new one: the first, and the number.
 #[inline(always)]
 pub(super) fn window(row: usize, radius: usize, intervals: usize) -> (usize, usize) {
     let first = row.saturating_sub(radius).div_ceil(2);

@@ -9,9 +9,7 @@ use crate::parallel;
 use crate::ragged;
 use crate::status::CurveStatus;
 
-/// Results are searched for overflow if a value is larger than this.
-///
-/// No rule makes a value 1e20 times the largest of its grid, sums on the way included.
+/// Results are checked for overflow if a value exceeds this. No rule amplifies values by 1e20.
 const SAFE: f64 = 1e280;
 
 /// How new points are made.
@@ -21,7 +19,7 @@ pub enum Rule {
     /// Solves the equations E₂ₙp = UEₙp₀. Every point depends on all others.
     #[default]
     Exact,
-    /// The nearest to the exact rule with weights in a small window.
+    /// The closest rule to the exact one with weights in a small window.
     Sparse(SparseRule),
 }
 
@@ -56,11 +54,11 @@ pub struct GridReport {
     /// - `Degenerate`: it has no points.
     /// - `Invalid`: a value is NaN or infinite, or a result overflows.
     pub status: CurveStatus,
-    /// Why, if the status needs a word: the grid, the place, the value and the remedy.
+    /// An explanation of the status: the grid, the place, the value and the remedy.
     pub message: Option<String>,
 }
 
-/// Subdivided grids and one report each, in the order they came in.
+/// Subdivided grids with one report each, in order.
 #[derive(Clone, Debug)]
 pub struct Subdivided {
     grids: Grids,
@@ -71,23 +69,16 @@ pub struct Subdivided {
 impl Subdivide {
     /// Subdivides all grids.
     ///
-    /// A grid that cannot be subdivided gets the shape that it would have, and NaN in all places.
-    /// Its neighbours are not affected.
+    /// A grid that cannot be subdivided becomes a grid of NaN. Its neighbours are not affected. In
+    /// a grid of one row or column, new points are midpoints.
     ///
-    /// A grid of one row or column is a function of one variable. Both rules put its new points in
-    /// the middle between old ones.
-    ///
-    /// On a GPU results are good to 2e-6 of half their largest extent in f32 and to 1e-12 of it in
-    /// f64. A grid's bits depend on nothing but the grid. The host computes some grids when their
-    /// turn comes:
-    ///
-    /// - Grids of one row or column.
-    /// - Grids that exceed the device's arrays.
-    /// - By the exact rule, grids of millions of new points. The host has faster transforms for
-    ///   them.
+    /// On a GPU results are good to 2e-6 of half their largest extent in f32 and to 1e-12 in f64. A
+    /// grid's bits depend on nothing but the grid. The host computes grids of one row or column,
+    /// grids that exceed the device's arrays, and, by the exact rule, grids of millions of new
+    /// points.
     ///
     /// # Errors
-    /// What concerns the whole run: more points than there is memory for, or a device that fails.
+    /// More points than memory, or a device that fails.
     pub fn fit(&self, grids: &Grids, device: &Device) -> Result<Subdivided> {
         let shapes = self.shapes(grids)?;
         let mut values = self.room(grids.dimension(), &shapes)?;
@@ -101,11 +92,13 @@ impl Subdivide {
         }
         let fine = Grids::new(grids.dimension(), shapes, values)?.with_file(grids.file().map(Into::into));
         let mut subdivided = Subdivided { grids: fine, reports, device: device.report(true)? };
-        (0..grids.len()).for_each(|i| subdivided.check(i, grids));
+        for i in 0..grids.len() {
+            subdivided.check(i, grids);
+        }
         Ok(subdivided)
     }
 
-    /// The shapes that grids will have.
+    /// The shapes of the subdivided grids.
     fn shapes(&self, grids: &Grids) -> Result<Vec<[usize; 2]>> {
         let shape = |i: usize| {
             let shape @ [rows, columns] = grids.shape(i);
@@ -124,9 +117,8 @@ impl Subdivide {
         let count = shapes.iter().try_fold(0usize, |sum, [rows, columns]| {
             sum.checked_add(rows.checked_mul(*columns)?.checked_mul(dimension)?)
         });
-        // The memory is requested with `try_reserve_exact` first, since an allocation that fails
-        // ends the program. Zeroed memory of the system is written once, by the threads that
-        // compute.
+        // `try_reserve_exact` first, since an allocation that fails ends the program. Zeroed memory
+        // is first written by the threads that compute.
         match count.filter(|&count| Vec::<f64>::new().try_reserve_exact(count).is_ok()) {
             Some(count) => Ok(vec![0.0; count]),
             None => {
@@ -161,7 +153,7 @@ impl Subdivide {
 }
 
 impl Grids {
-    /// How sentences about grid `i` begin.
+    /// The beginning of sentences about grid `i`.
     pub(super) fn place(&self, i: usize) -> String {
         format!("{}grid {i}", self.file().map(|file| format!("{file}, ")).unwrap_or_default())
     }
@@ -194,7 +186,7 @@ impl Subdivided {
         &self.grids
     }
 
-    /// One report a grid.
+    /// One report per grid.
     pub fn reports(&self) -> &[GridReport] {
         &self.reports
     }

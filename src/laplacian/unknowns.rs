@@ -1,23 +1,23 @@
-//! The entries of sparse masks, their names and their numbers.
+//! The entries of sparse masks and their numbering.
 //!
-//! The linear programme of the papers' crate finds these entries, and the tables hold them. The names
-//! are for that crate and promise nothing.
+//! The linear programme of the papers' crate finds these entries, and the tables hold them. The names are for that crate and
+//! promise nothing.
 
 /// The three classes of rows of E₂ₙS − UEₙ.
 ///
-/// Each class has masks of its own to find. It takes those of the classes before it as found.
+/// A class determines its masks, given the masks of the previous classes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Class {
-    /// Rows that see interior masks only.
+    /// Rows with interior masks only.
     Interior,
-    /// Rows that see a border mask, and no corner mask.
+    /// Rows with a border mask and no corner mask.
     Border,
-    /// Rows that see a corner mask.
+    /// Rows with a corner mask.
     Corner,
 }
 
 impl Class {
-    /// All three, in the order in which they are solved.
+    /// All three, in the order of solution.
     pub const ALL: [Class; 3] = [Class::Interior, Class::Border, Class::Corner];
 }
 
@@ -50,11 +50,11 @@ pub enum Unknown {
     },
 }
 
-/// Which unknowns there are, and how they are numbered: interior, border, corner.
+/// The numbering of unknowns: interior, border, corner.
 ///
-/// A *line* is a pair of distances from a border: that of a coarse point (row) and that of a fine
-/// one in its window. Lines are numbered row after row. A border entry is a line and a distance
-/// along the border. A corner entry is two lines.
+/// A *line* is a pair of distances from a border: of a coarse point (row) and of a fine point in
+/// its window. Lines are numbered row by row. A border entry is a line and a distance along the
+/// border. A corner entry is two lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Unknowns {
     /// 1 for curves, 2 for grids.
@@ -77,15 +77,13 @@ impl Unknowns {
         Unknowns { dimension, radius, own_rows }
     }
 
-    /// How many rows of coarse points have border masks by default: radius / 2 + 1.
-    ///
-    /// These are all rows whose window of fine points meets the border. With fewer, reflection of
-    /// the interior mask is not among the rules to choose from.
+    /// The default number of rows of coarse points with border masks, radius / 2 + 1: all rows
+    /// whose window of fine points meets the border.
     pub fn usual_own_rows(radius: usize) -> usize {
         radius / 2 + 1
     }
 
-    /// Number of unknowns of a class and of those before it.
+    /// Number of unknowns of a class and the previous ones.
     pub fn count_to(&self, class: Class) -> usize {
         let along = if self.dimension == 1 { 1 } else { self.radius + 1 };
         let lines = self.first_line(self.own_rows);

@@ -6,25 +6,20 @@ use crate::parallel;
 use crate::report::Fit;
 use glam::{DVec2, DVec3};
 
-/// The length of a quill of the 95 % quantile of |κ|, as a part of the larger side of the data.
-///
-/// It holds for up to [`ROOMY`] curves.
+/// The length of the quill for the 95 % quantile of |κ|, as a fraction of the larger side of the
+/// data, for up to [`ROOMY`] curves.
 const QUILL: f64 = 0.04;
 
-/// With more curves than this each has less room.
-///
-/// Quills then shrink with the root of the number of curves, as the side of a curve's room does.
+/// With more curves than this, quills shrink with the square root of their number.
 const ROOMY: f64 = 20.0;
 
-/// The most that a quill may be longer than the quill of the quantile.
-///
-/// Cusps and kinks would leave the page.
+/// The most that a quill may exceed the quantile's. Cusps and kinks would leave the page.
 const CLAMP: f64 = 3.0;
 
 /// The quantile of |κ| that sets the scale.
 const QUANTILE: f64 = 0.95;
 
-/// The approximate number of quills of all combs of a picture. More could not be told apart.
+/// The approximate number of quills in a picture. More could not be distinguished.
 const MOST_QUILLS: usize = 60_000;
 
 /// The start and the end of each quill of a curve, in the plane of the picture.
@@ -34,7 +29,7 @@ pub(super) type Quills = Vec<Option<(DVec2, DVec2)>>;
 
 /// The combs of a picture.
 pub(super) struct Combs {
-    /// One comb a curve, empty if the curve was not fitted.
+    /// One comb per curve, empty if the curve was not fitted.
     pub curves: Vec<Quills>,
     /// The 95 % quantile of |κ|, in 1/length.
     pub curvature: f64,
@@ -43,8 +38,7 @@ pub(super) struct Combs {
 impl Combs {
     /// Combs for the usable curves. `size` is the larger side of the data.
     ///
-    /// Quills point away from the centre of curvature. So the comb is on the outside of every bend
-    /// and changes sides at an inflection.
+    /// Quills point away from the centre of curvature, so the comb changes sides at an inflection.
     pub fn of(fit: &Fit, plane: &Plane, size: f64, scale: f64) -> Self {
         let spans: usize = (0..fit.len()).map(|i| fit.curve(i).spans()).sum();
         let per_span = (MOST_QUILLS / spans.max(1)).clamp(1, 32);

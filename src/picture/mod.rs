@@ -1,7 +1,6 @@
 //! SVG pictures.
 //!
-//! - [`Picture`]: a fit, with the points given, the curves fitted, and on demand their curvature
-//!   combs.
+//! - [`Picture`]: a fit with its data points, and optionally with curvature combs.
 //! - [`ReliefSheet`]: surfaces over grids.
 
 mod comb;
@@ -39,25 +38,24 @@ use svg::{Pen, escape};
 
 /// The palette of Okabe and Ito.
 ///
-/// Colour-blind eyes can tell it apart, and so can print by its greys.
+/// Its colours are distinct for colour-blind readers and in greyscale.
 const FITTED: &str = "#0072B2";
 const NOT_USABLE: &str = "#D55E00";
 const COMB: &str = "#CC79A7";
 const GIVEN: &str = "#A9A9A9";
 const DOTS: &str = "#333333";
 
-/// The most that Béziers stray from the curve, in pixels.
+/// The tolerance of Béziers, in pixels.
 const TOLERANCE_PX: f64 = 0.05;
 
-/// The least distance between points, in pixels, at which the input is drawn.
-///
-/// With less the input cannot be told from the curve.
+/// The least distance between points, in pixels, for drawing the input. Below it the input cannot
+/// be distinguished from the curve.
 const LEAST_ROOM: f64 = 2.0;
 
-/// Number of curves turned into text at a time, in parallel. The whole picture is never held.
+/// Number of curves converted to text at a time. The whole picture is never in memory.
 const CHUNK: usize = 2048;
 
-/// The most curves that carry their name as a tooltip.
+/// The most curves with tooltips.
 const MOST_TOOLTIPS: usize = 5000;
 
 /// A picture of a fit.
@@ -67,11 +65,10 @@ const MOST_TOOLTIPS: usize = 5000;
 /// projected onto the two widest principal axes of their points. Lines keep their width when the
 /// picture is scaled.
 ///
-/// A curve that could not be fitted may stray from the others by more than their size. Then it does
-/// not count for the extent of the picture and is not drawn, and the legend says so.
+/// An unfitted curve farther from the others than their size is not drawn, and the legend says so.
 ///
 /// Curves are cubic Béziers within 0.05 pixel of the fit. Pieces smaller than a pixel are merged,
-/// so the file grows with what can be seen and not with the data.
+/// so the size of the file depends on what is visible.
 ///
 /// ```no_run
 /// # use faircurve::{CurveBatch, Fit, picture::Picture};
@@ -86,18 +83,15 @@ pub struct Picture {
     pub width: f64,
     /// Draws curvature combs at this scale. `None`, the default, draws none.
     ///
-    /// A comb has quills away from the centre of curvature, |κ| long, and an envelope through their
-    /// tips. At scale 1 the 95 % quantile of |κ| makes a quill of 4 % of the picture. With more
-    /// than 20 curves it is shorter, by the root of their number. No quill is longer than three
-    /// times that.
+    /// A comb has quills of length |κ| away from the centre of curvature, and an envelope through
+    /// their tips. At scale 1 the 95 % quantile of |κ| gives a quill of 4 % of the picture, less
+    /// for more than 20 curves. Quills are limited to three times that.
     pub comb: Option<f64>,
-    /// Whether the input is drawn, if there is room: its points and the polyline through them.
-    ///
-    /// Default true.
+    /// Whether the input points and their polyline are drawn, if there is room. Default true.
     pub points: bool,
-    /// A line above the picture. Default none.
+    /// The title above the picture. Default none.
     pub title: Option<String>,
-    /// What the caption calls the method, such as "natural cubic splines". Default empty.
+    /// The method in the caption, such as "natural cubic splines". Default empty.
     pub method: String,
 }
 
@@ -118,7 +112,7 @@ impl Picture {
         String::from_utf8(out).expect("written from strings")
     }
 
-    /// Writes the picture of `fit`, which was fitted to `batch`, piece by piece.
+    /// Writes the picture of `fit`, which was fitted to `batch`.
     ///
     /// # Errors
     /// Those of `out`.
@@ -149,7 +143,7 @@ impl Picture {
             drawing.layer(out, COMB, look.thin, r#" stroke-opacity=".55""#, |i| drawing.quills(&combs.curves[i]))?;
             drawing.layer(out, COMB, 1.4 * look.thin, "", |i| drawing.envelope(&combs.curves[i]))?;
         }
-        // Where many lines cross, depth of colour shows their number.
+        // Depth of colour shows the number of crossing lines.
         let ink = if look.line < 1.0 { r#" stroke-opacity=".8""# } else { "" };
         drawing.layer(out, FITTED, look.line, ink, |i| drawing.usable(i).then(|| drawing.fitted(i))?)?;
         let dashes = r#" stroke-dasharray="5 4""#;
@@ -227,7 +221,7 @@ fn words(fit: &Fit) -> String {
     words.collect::<Vec<_>>().join(", ")
 }
 
-/// Widths that follow from how crowded the picture is.
+/// Widths by the density of the picture.
 #[derive(Clone, Copy, Debug)]
 struct Look {
     /// Width of fitted curves, in pixels.
@@ -240,13 +234,13 @@ struct Look {
     dot: f64,
     /// Decimal places of a pixel.
     decimals: usize,
-    /// Whether curves carry their names.
+    /// Whether curves have tooltips.
     tooltips: bool,
 }
 
 impl Look {
     fn of(batch: &CurveBatch, fit: &Fit, frame: &Frame, points: bool) -> Self {
-        // The side of the square of page that each point has to itself.
+        // The side of a square with a point's share of the page.
         let room = (frame.area() / batch.total_points().max(1) as f64).sqrt();
         let dot = (0.05 * room).min(2.6);
         Look {
@@ -260,7 +254,7 @@ impl Look {
     }
 }
 
-/// What the layers are drawn from.
+/// The input of the layers.
 struct Drawing<'a> {
     batch: &'a CurveBatch,
     fit: &'a Fit,
@@ -283,7 +277,7 @@ impl Drawing<'_> {
             let inside = |i: usize| if self.outside[i] { None } else { path(i) };
             let paths: Vec<Shape> =
                 parallel::map(end - start, 1, |k| inside(start + k)).into_iter().flatten().collect();
-            // Without tooltips a curve needs no element of its own.
+            // Curves without tooltips share an element.
             for shapes in paths.chunk_by(|a, b| a.tooltip.is_none() && b.tooltip.is_none()) {
                 out.write_all(b"<path d=\"")?;
                 shapes.iter().try_for_each(|shape| out.write_all(shape.data.as_bytes()))?;
@@ -335,11 +329,13 @@ impl Drawing<'_> {
 
     fn dots(&self, i: usize) -> Option<Shape> {
         let mut pen = Pen::new(1);
-        self.points(i).flatten().for_each(|p| pen.dot(p));
+        for p in self.points(i).flatten() {
+            pen.dot(p);
+        }
         path(pen.finish(), None)
     }
 
-    /// The fitted curve, or what replaces it. Its tooltip is its name, and what went wrong.
+    /// The curve, with its name and any problem as the tooltip.
     fn fitted(&self, i: usize) -> Option<Shape> {
         let curve = self.fit.curve(i);
         let mut pen = Pen::new(self.look.decimals);
@@ -367,9 +363,11 @@ impl Drawing<'_> {
         };
         let mut text = pen.finish();
         if text.is_empty() {
-            // A single point, or one between two that cannot be drawn, has no line but a place.
+            // Points without a line are dots.
             let mut pen = Pen::new(self.look.decimals);
-            self.points(i).flatten().for_each(|p| pen.dot(p));
+            for p in self.points(i).flatten() {
+                pen.dot(p);
+            }
             text = pen.finish();
         }
         path(text, tooltip)

@@ -1,13 +1,12 @@
-//! Tracks that pause are cut where time jumps.
+//! Cutting tracks at gaps in time.
 
 use crate::batch::CurveBatch;
 use crate::error::{Error, Result};
 
 /// Cuts open curves between points whose parameters are more than `gap` apart.
 ///
-/// The parts of a curve called `a` are called `a.1`, `a.2` and so on. Curves without such a gap keep
-/// their names. Points keep all that they have. Closed curves, those without parameters and those that
-/// cannot be fitted stay whole.
+/// The parts of a curve `a` are called `a.1`, `a.2` and so on. Points keep all their values. Closed
+/// curves, curves without parameters and curves that cannot be fitted stay whole.
 ///
 /// # Errors
 /// - A gap that is not a positive number.

@@ -1,8 +1,8 @@
-//! Curves in time: tracks that pause, samples at regular times, and what travels along.
+//! Tracks: curves whose parameters are times.
 //!
-//! The parameters of a track's points are its times. [`split`] cuts tracks where time jumps.
-//! [`sample`] takes fitted tracks at times, at places along them, and writes beside each sample what
-//! the data points have ([`Column`](crate::Column)) and how the curve moves ([`Quantity`]).
+//! [`split`] cuts tracks at gaps in time. [`sample`] samples fitted tracks at times or along their
+//! length, with interpolated columns ([`Column`](crate::Column)) and quantities such as the speed
+//! ([`Quantity`]).
 //!
 //! ```
 //! use faircurve::{Column, CurveBatch, Device, Values, spline::Natural, tracks::{self, At, Quantity}};

@@ -1,4 +1,4 @@
-//! [`Quantity`]: how a curve moves where it is sampled.
+//! [`Quantity`]: quantities of a curve at its samples.
 
 use glam::DVec3;
 
@@ -8,32 +8,31 @@ use crate::curve::{Curve, Jet};
 use crate::surface::Globe;
 use crate::words::words;
 
-/// The sphere of the Earth's mean radius, for longitudes and latitudes that were not fitted on a globe: lengths on it are within
-/// 0.6 % of those on the ellipsoid.
+/// The sphere of the Earth's mean radius, for longitudes and latitudes that were not fitted on a
+/// globe. Lengths are within 0.6 % of lengths on the ellipsoid.
 const EARTH: Globe = Globe { equatorial: Globe::EARTH, polar: Globe::EARTH };
 
-/// What is written of a curve beside its points.
+/// A quantity of a curve at its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Quantity {
-    /// The unit tangent, in columns `tangent_x`, `tangent_y` and in space `tangent_z`. 0 where the
-    /// curve rests. For longitudes and latitudes it is that on the ground: to the east, to the north and up.
+    /// The unit tangent, in columns `tangent_x`, `tangent_y` and in space `tangent_z`: to the east,
+    /// to the north and up for longitudes and latitudes. 0 where the derivative vanishes.
     Tangent,
-    /// The curvature (1/length). In the plane it is positive where the curve turns left. For longitudes and latitudes it is that
-    /// within the ground, 0 along a great circle, with the same sign and in 1/length as of [`Quantity::Arclength`]; heights do not
-    /// count.
+    /// The curvature (1/length), in the plane positive where the curve turns left. For longitudes
+    /// and latitudes the geodesic curvature in the unit of [`Quantity::Arclength`], without
+    /// heights.
     Curvature,
-    /// The length of the curve from its first point to here, in the unit of the points. For longitudes and latitudes it is that on
-    /// their [globe](Curve::globe), else in metres on a sphere of the Earth's mean radius; heights are in the same unit.
+    /// The length of the curve from its first point, in the unit of the points. For longitudes and
+    /// latitudes on their [globe](Curve::globe), or in metres on a sphere of the Earth's mean
+    /// radius. Heights are in the same unit.
     Arclength,
-    /// The length, as of [`Quantity::Arclength`], that the curve covers in a unit of its times (a
-    /// second, where times are dates). Where points have one time it is the speed with which the curve comes to them, and NaN on
-    /// the way from one to another.
+    /// [`Quantity::Arclength`] per unit of time (a second for dates). At points with equal times it
+    /// is the speed on arrival, and NaN between them.
     Speed,
     /// The direction in degrees from north (the y axis) to the right, from 0 up to 360.
     ///
-    /// For longitudes and latitudes it is the course: a degree of longitude counts by the cosine of
-    /// the latitude.
+    /// For longitudes and latitudes it is the course over ground.
     Heading,
 }
 
@@ -95,7 +94,7 @@ impl Quantity {
                 let heading = |point: DVec3, first: DVec3| {
                     let motion = globe.map_or(first, |globe| globe.motion(point, first));
                     let degrees = motion.x.atan2(motion.y).to_degrees();
-                    // Not 360 where rounding would make it so.
+                    // Rounding must not give 360.
                     if degrees < 0.0 { (degrees + 360.0) % 360.0 } else { degrees + 0.0 }
                 };
                 vec![jets().map(|jet| heading(jet.point, jet.first)).collect()]
@@ -104,7 +103,8 @@ impl Quantity {
     }
 }
 
-/// The same place of a curve in a span that takes time, if there is one: the end of one before, or the start of one after.
+/// The same point of a curve in a span of positive duration, if there is one: the end of a previous
+/// span, or the start of a later one.
 fn with_time(curve: &dyn Curve, times: &[f64], (mut span, mut u): (usize, f64)) -> Option<(usize, f64)> {
     let takes_time = |span: usize| times[span + 1] > times[span];
     let (from, is_point) = (span, |span: usize| curve.span_length(span) == 0.0);
@@ -120,8 +120,7 @@ fn with_time(curve: &dyn Curve, times: &[f64], (mut span, mut u): (usize, f64)) 
     takes_time(span).then_some((span, u))
 }
 
-/// How fast a curve moves along a span (length in a unit of `u`), on a globe where its points are
-/// longitudes and latitudes.
+/// The speed along a span (length per unit of `u`), on the ground for longitudes and latitudes.
 fn speed(curve: &dyn Curve, span: usize, u: f64, globe: Option<Globe>) -> f64 {
     let Some(globe) = globe.filter(|_| curve.globe().is_none()) else { return curve.speed(span, u) };
     let jet = curve.jet(span, u);
@@ -144,7 +143,7 @@ fn lengths(curve: &dyn Curve, sites: &[(usize, f64)], globe: Option<Globe>) -> V
     lengths
 }
 
-/// The length of a span from one fraction to another, smooth piece by smooth piece.
+/// The length of a span between two fractions, summed over smooth pieces.
 fn between(curve: &dyn Curve, span: usize, from: f64, to: f64, globe: Option<Globe>) -> f64 {
     if to <= from || curve.pieces(span) == 0 {
         return 0.0;

@@ -1,4 +1,4 @@
-//! Samples of fitted curves with what travels along.
+//! Samples of fitted curves with columns and quantities.
 
 use std::borrow::Cow;
 
@@ -14,40 +14,41 @@ use crate::report::Fit;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum At<'a> {
-    /// At places along the curve.
+    /// By a [`Sampling`].
     Along(Sampling),
     /// At every multiple of this time (> 0) within the times of each curve.
     ///
-    /// Where times are dates, days begin at midnight of the zone that they are given in.
+    /// If times are dates, days begin at midnight of their zone.
     Every(f64),
-    /// At these times, as far as they are within those of each curve: one list a curve, in any order.
+    /// At these times within the times of each curve: one list per curve, in any order.
     Times(&'a [Vec<f64>]),
 }
 
 /// Samples of fitted curves, with their times.
 ///
-/// - Samples at times are open curves, of closed ones too: they have the times that were asked for, and no other.
-/// - The parameter of a sample is its time. Within a span of a method with parameters of its own, such
-///   as arc lengths, time passes evenly with these.
-/// - Samples have all [columns](CurveBatch::columns) of the batch: numbers between those of the data
-///   points on both sides, in proportion to the time, angles on the short way round, and the text of the nearer of both.
-/// - After them come the columns of the `quantities`, called `curve_speed` and so on where the batch has
-///   such a column. They are NaN for curves that were not fitted.
-/// - A curve that was not fitted has its data points, whatever is asked. So has one without
-///   parameters, where samples at times are asked.
+/// - Samples at times are open curves.
+/// - The parameter of a sample is its time. Within a span, time is proportional to the method's
+///   parameter, such as arc length.
+/// - The batch's [columns](CurveBatch::columns) are interpolated: numbers in proportion to the
+///   time, angles the short way round, texts by the nearer data point.
+/// - The columns of `quantities` follow, called `curve_speed` and so on if the batch has such a
+///   column. They are NaN for unfitted curves.
+/// - An unfitted curve has its data points as samples, and so has a curve without parameters if
+///   samples are at times.
 ///
 /// `fit` is a fit of `batch`.
 ///
 /// # Errors
-/// - Times or speeds asked of a batch without parameters.
-/// - A step that is not a positive number; as many lists of times as there are not curves.
-/// - More samples than [`Sampling::MOST_SAMPLES`], and those of [`Sampling::check`].
+/// - Times or speeds for a batch without parameters.
+/// - A step that is not positive and finite.
+/// - A number of lists other than the number of curves.
+/// - More samples than [`Sampling::MOST_SAMPLES`], and the errors of [`Sampling::check`].
 pub fn sample(batch: &CurveBatch, fit: &Fit, at: &At, quantities: &[Quantity]) -> Result<CurveBatch> {
     check(batch, at, quantities)?;
     let samples = parallel::map(batch.len(), 1, |i| of_curve(batch, &*fit.curve(i), i, at, quantities));
     let empty = |column: &Column| Column { name: column.name.clone(), values: column.values.emptied() };
     let mut columns: Vec<Column> = batch.columns().iter().map(empty).collect();
-    // Planar points rise onto a terrain.
+    // Planar points gain heights on a terrain.
     let dimension = if fit.is_empty() { batch.dimension() } else { fit.curve(0).dimension() };
     for mut column in quantities.iter().flat_map(|quantity| quantity.columns(dimension)) {
         if columns.iter().any(|carried| carried.name == column.name) {
@@ -58,12 +59,15 @@ pub fn sample(batch: &CurveBatch, fit: &Fit, at: &At, quantities: &[Quantity]) -
     let closed = (0..batch.len()).map(|i| batch.is_closed(i) && !samples[i].at_times).collect();
     let (mut points, mut ends) = (Vec::with_capacity(samples.len()), Vec::new());
     for (i, of_curve) in samples.into_iter().enumerate() {
-        of_curve.sites.iter().for_each(|&site| push_carried(batch, i, site, &mut columns));
-        let own = columns.iter_mut().skip(batch.columns().len()).zip(&of_curve.quantities);
-        own.for_each(|(column, values)| match &mut column.values {
-            Values::Numbers(numbers) => numbers.extend(values),
-            _ => unreachable!("quantities are numbers"),
-        });
+        for &site in &of_curve.sites {
+            push_carried(batch, i, site, &mut columns);
+        }
+        for (column, values) in columns[batch.columns().len()..].iter_mut().zip(&of_curve.quantities) {
+            match &mut column.values {
+                Values::Numbers(numbers) => numbers.extend(values),
+                _ => unreachable!("quantities are numbers"),
+            }
+        }
         ends.push(of_curve.end);
         points.push((of_curve.coords, of_curve.t));
     }
@@ -102,7 +106,7 @@ pub(crate) fn check(batch: &CurveBatch, at: &At, quantities: &[Quantity]) -> Res
         }
         At::Times(times) if times.len() != batch.len() => {
             let (lists, curves) = (times.len(), batch.len());
-            Err(Error::argument(format!("there are {lists} lists of times for {curves} curves: give one a curve")))
+            Err(Error::argument(format!("there are {lists} lists of times for {curves} curves: give one per curve")))
         }
         At::Times(_) => Ok(()),
     }
@@ -122,7 +126,7 @@ struct Samples {
     /// The parameter at which the curve ends.
     end: f64,
     quantities: Vec<Vec<f64>>,
-    /// Whether they are at times that were asked for.
+    /// Whether the samples are at given times.
     at_times: bool,
 }
 
@@ -130,7 +134,7 @@ fn of_curve(batch: &CurveBatch, curve: &dyn Curve, i: usize, at: &At, quantities
     let given = batch.given_knots(i);
     let knots = given.as_deref().map_or_else(|| Cow::Borrowed(curve.knots()), Cow::Borrowed);
     let time = |(span, u): (usize, f64)| match (knots.get(span), knots.get(span + 1)) {
-        // What was given for points that were not fitted may be no number.
+        // Parameters of unfitted points may be NaN.
         (Some(from), Some(to)) if u != 0.0 && curve.is_fitted() => (from + u * (to - from)).min(*to),
         (Some(from), Some(to)) if u != 0.0 => from + u * (to - from),
         (Some(from), _) => *from,
@@ -158,7 +162,7 @@ fn of_curve(batch: &CurveBatch, curve: &dyn Curve, i: usize, at: &At, quantities
     Samples { sites, coords, t, end, quantities, at_times }
 }
 
-/// The times that are asked for of curve `i`, which goes from one time to another.
+/// The times of samples of curve `i` within its times.
 pub(crate) fn times(batch: &CurveBatch, i: usize, at: &At, [from, to]: [f64; 2]) -> Option<Vec<f64>> {
     match at {
         At::Along(_) => None,
@@ -169,7 +173,7 @@ pub(crate) fn times(batch: &CurveBatch, i: usize, at: &At, [from, to]: [f64; 2])
     }
 }
 
-/// The multiples of a step from one time to another. Days begin `offset` before those of the times.
+/// The multiples of a step between two times, offset by `offset` seconds from UTC.
 fn multiples(from: f64, to: f64, step: f64, offset: f64) -> Vec<f64> {
     let first = ((from + offset) / step).ceil();
     let last = ((to + offset) / step).floor();
@@ -177,7 +181,8 @@ fn multiples(from: f64, to: f64, step: f64, offset: f64) -> Vec<f64> {
     (0..count).map(|k| ((first + k as f64) * step - offset).clamp(from, to)).collect()
 }
 
-/// The span of a time, and the fraction of it. Where several points have the last time it is the end of the span that comes to it.
+/// The span of a time, and the fraction there. For the last time it is the end of the last span of
+/// positive length.
 fn site(knots: &[f64], t: f64) -> (usize, f64) {
     let last = knots.partition_point(|&knot| knot < knots[knots.len() - 1]).saturating_sub(1);
     let span = knots.partition_point(|&knot| knot <= t).saturating_sub(1).min(last);
@@ -185,13 +190,13 @@ fn site(knots: &[f64], t: f64) -> (usize, f64) {
     (span, if length > 0.0 { ((t - knots[span]) / length).clamp(0.0, 1.0) } else { 0.0 })
 }
 
-/// Appends what a sample of curve `i` has of the batch's columns.
+/// Appends a sample's interpolated columns.
 fn push_carried(batch: &CurveBatch, i: usize, (span, u): (usize, f64), columns: &mut [Column]) {
     let (first, count) = (batch.offsets()[i], batch.count(i));
     let ends = [span, span + 1].map(|k| first + k % count.max(1));
     for (column, carried) in columns.iter_mut().zip(batch.columns()) {
         match &mut column.values {
-            // A curve without points may be asked for samples all the same.
+            // Curves without points have samples too.
             Values::Numbers(out) | Values::Angles(out) if count == 0 => out.push(f64::NAN),
             Values::Texts(out) if count == 0 => out.push(String::new()),
             values => values.push_between(&carried.values, ends, u),

@@ -21,20 +21,19 @@ use scene::{HEIGHTS, Scene, View};
 const GAP: f64 = 20.0;
 const MARGIN: f64 = 10.0;
 
-/// Least and largest height of a panel, as parts of its width.
+/// Least and largest height of a panel, as fractions of its width.
 const LOWEST: f64 = 0.2;
 const HIGHEST: f64 = 1.1;
 
-/// The most panels that are drawn. The caption says if there are more.
+/// The most panels. The caption says if there are more.
 const MOST_PANELS: usize = 24;
 
-/// The most quadrangles of a panel, and of all panels together.
-///
-/// A surface with more is drawn with every second line, or with fewer.
+/// The most quadrangles of a panel, and of all panels together. Larger surfaces are drawn with
+/// fewer lines.
 const MOST_QUADS: usize = 10_000;
 const MOST_QUADS_TOGETHER: usize = 60_000;
 
-/// A net of more points would cover the surface, and is left out.
+/// The most points of a net. A larger net would cover the surface.
 const MOST_NET_POINTS: usize = 2_500;
 
 /// The control points of a surface: rows and columns, and values of the same kind as the surface's.
@@ -63,10 +62,10 @@ pub struct Relief<'a> {
     pub values: &'a [f64],
     /// The control points, drawn as a thin net over the surface.
     pub net: Option<Net<'a>>,
-    /// The heights of the first and the last tint.
+    /// The heights of the first and the last tint. By default they are the extremes of surface and
+    /// net.
     ///
-    /// They are drawn equally far apart in every panel. Give the same range to panels that are to
-    /// be compared. By default they are the lowest and the highest of surface and net.
+    /// Give the same range to panels that are to be compared.
     pub range: Option<[f64; 2]>,
 }
 
@@ -120,7 +119,7 @@ impl ReliefSheet<'_> {
         String::from_utf8(out).expect("written from strings")
     }
 
-    /// Writes the sheet piece by piece.
+    /// Writes the sheet as SVG text.
     ///
     /// # Errors
     /// Those of `out`.
@@ -145,7 +144,9 @@ impl ReliefSheet<'_> {
         let whole = Frame::inside(Bounds::EMPTY, DVec2::ONE, [0.0, 0.0, width, bottom], 0.0);
         let page = Page { frame: &whole, width, title: self.title.as_deref() };
         page.open(out, &legend(&placed), &self.caption(&placed))?;
-        placed.iter().try_for_each(|panel| panel.write(out))?;
+        for panel in &placed {
+            panel.write(out)?;
+        }
         page.close(out)
     }
 
@@ -189,7 +190,7 @@ fn place<'a>(row: &'a [Relief<'a>], wide: f64, quads: usize, top: f64, placed: &
     let lines = titles.iter().map(Vec::len).max().unwrap_or(0);
     let extent = |scene: &Scene| {
         let extent = scene.bounds.high - scene.bounds.low;
-        // Nothing, or a single point, gets a low box of its own.
+        // Nothing or a single point gets a low box.
         let is_seen = extent.is_finite() && scene.bounds.size() > 0.0;
         if is_seen { extent.max(DVec2::splat(scene.bounds.size() * 1e-9)) } else { DVec2::new(1.0, LOWEST) }
     };
@@ -266,11 +267,13 @@ impl Placed<'_> {
         let polygon = |corners: &[DVec2]| {
             let mut pen = Pen::new(1);
             pen.move_to(self.frame.map(corners[0]));
-            corners[1..].iter().for_each(|&corner| pen.line_to(self.frame.map(corner)));
+            for &corner in &corners[1..] {
+                pen.line_to(self.frame.map(corner));
+            }
             pen.close();
             pen.finish()
         };
-        // Neighbours overlap by the width of their strokes, so that the page does not shine through.
+        // Neighbours overlap by their strokes, so that no gaps show.
         writeln!(out, r#"<g class="faces" stroke-width=".6">"#)?;
         for face in &self.scene.faces {
             let (colour, stroke) = (paint::hex(face.colour), paint::hex(face.stroke));
@@ -293,7 +296,9 @@ impl Placed<'_> {
                     [point] => pen.dot(self.frame.map(point)),
                     _ => pen.move_to(self.frame.map(line[0])),
                 }
-                line[1..].iter().for_each(|&point| pen.line_to(self.frame.map(point)));
+                for &point in &line[1..] {
+                    pen.line_to(self.frame.map(point));
+                }
             }
             pen.finish()
         };
@@ -312,7 +317,9 @@ impl Placed<'_> {
         }
         if !self.scene.dots.is_empty() {
             let mut pen = Pen::new(1);
-            self.scene.dots.iter().for_each(|&point| pen.dot(self.frame.map(point)));
+            for &point in &self.scene.dots {
+                pen.dot(self.frame.map(point));
+            }
             writeln!(out, r#"<path class="dots" stroke="{DOTS}" stroke-width="2.8" d="{}"/>"#, pen.finish())?;
         }
         Ok(())

@@ -27,7 +27,7 @@ const DEEP: f64 = 0.06;
 const TURN: f64 = 28.0;
 const ELEVATION: f64 = 33.0;
 
-/// Larger coordinates are not drawn: their differences would overflow.
+/// Larger coordinates are not drawn, since differences would overflow.
 const DRAWABLE: f64 = 1e150;
 
 /// The direction that a grid is seen from.
@@ -72,7 +72,7 @@ pub(super) struct Face {
     pub stroke: Colour,
 }
 
-/// A panel's content in units of its own.
+/// A panel's content.
 pub(super) struct Scene {
     pub view: View,
     /// The faces, from the back to the front.
@@ -90,7 +90,7 @@ pub(super) struct Scene {
 }
 
 impl Scene {
-    /// The scene of a relief, with at most so many quadrangles.
+    /// The scene of a relief, with at most `most` quadrangles.
     pub fn of(relief: &Relief, most: usize) -> Self {
         let wanted = |shape: [usize; 2]| shape[0] * shape[1] * relief.dimension.max(1);
         assert_eq!(relief.values.len(), wanted(relief.shape), "a relief has as many values as its shape says");
@@ -146,8 +146,8 @@ impl Scene {
 
 /// The least step between lines that leaves at most `most` quadrangles.
 ///
-/// Surfaces have peaks at their control points, `between` lines apart. A step that met some of them
-/// and missed others would draw false waves. So the step divides `between` or is a multiple of it.
+/// Surfaces have peaks at their control points, `between` lines apart. The step divides `between`
+/// or is a multiple of it, so that no false waves appear.
 fn every([rows, columns]: [usize; 2], between: usize, most: usize) -> usize {
     let quads = |k: usize| (rows - 1).div_ceil(k).saturating_mul((columns - 1).div_ceil(k));
     let longest = rows.max(columns);
@@ -155,14 +155,14 @@ fn every([rows, columns]: [usize; 2], between: usize, most: usize) -> usize {
     if rows < 2 || columns < 2 { 1 } else { steps.find(|&k| quads(k) <= most.max(1)).unwrap_or(longest) }
 }
 
-/// Lines from one control point to the next, or 1 if that is not known.
+/// Lines between neighbouring control points, or 1 if unknown.
 fn between(relief: &Relief) -> usize {
     let step = |fine: usize, coarse: usize| fine.saturating_sub(1).checked_div(coarse.saturating_sub(1));
     let net = relief.net.map_or([0, 0], |net| net.shape);
     step(relief.shape[0], net[0]).or(step(relief.shape[1], net[1])).unwrap_or(1).max(1)
 }
 
-/// The lines that are drawn, the last one always among them.
+/// The lines to draw, including the last.
 fn lines(count: usize, every: usize) -> Vec<usize> {
     let last = !(count - 1).is_multiple_of(every);
     (0..count).step_by(every).chain(last.then_some(count - 1)).collect()
@@ -172,7 +172,7 @@ fn lines(count: usize, every: usize) -> Vec<usize> {
 struct Space {
     view: View,
     dimension: usize,
-    /// For heights: the sides of the ground, and the range that is drawn.
+    /// For heights: the sides of the ground, and the range.
     ground: DVec2,
     range: Option<[f64; 2]>,
     /// For points: the middle and the size of their box.
@@ -201,7 +201,7 @@ impl Space {
             space.range = given.or((low <= high).then_some([low, high]));
             if relief.shape.contains(&1) {
                 space.view = View::Front;
-                // A column is laid down like a row.
+                // A column is drawn like a row.
                 space.ground = DVec2::splat(1.0);
             }
             return space;
@@ -223,7 +223,7 @@ impl Space {
         space
     }
 
-    /// The place of a point, if it can be drawn.
+    /// The position of a point, if it can be drawn.
     fn place(&self, shape: [usize; 2], [row, column]: [usize; 2], values: &[f64]) -> Option<DVec3> {
         let [height] = *values else {
             return Some((point(values) - self.middle) / self.size).filter(|p| drawable(*p));
@@ -237,7 +237,7 @@ impl Space {
         })
     }
 
-    /// Where a height is between the lowest and the highest, 0 to 1.
+    /// The height as a fraction of the range.
     fn part(&self, height: f64) -> Option<f64> {
         let [low, high] = self.range?;
         (height.abs() < DRAWABLE).then(|| if high > low { (height - low) / (high - low) } else { 0.5 })
@@ -290,7 +290,7 @@ impl Sheet<'_> {
                 let depth = if self.space.dimension == 1 { DVec3::new(middle.x, middle.y, 0.0) } else { middle };
                 let colour = self.colour(corners, middle);
                 let corners = corners.map(|p| self.space.view.project(p).truncate()).to_vec();
-                // Meshes in the plane are not shaded. They show their lines.
+                // Meshes in the plane are not shaded but show their lines.
                 let stroke = if self.space.view == View::Above { paint::colour(LINES) } else { colour };
                 faces.push((self.space.view.project(depth).z, Face { corners, colour, stroke }));
             }
@@ -334,10 +334,14 @@ impl Sheet<'_> {
         let [rows, columns] = self.shape;
         let mut lines = Vec::new();
         if columns > 1 {
-            (0..rows).for_each(|row| lines.extend(self.polyline((0..columns).map(|column| [row, column]))));
+            for row in 0..rows {
+                lines.extend(self.polyline((0..columns).map(|column| [row, column])));
+            }
         }
         if rows > 1 {
-            (0..columns).for_each(|column| lines.extend(self.polyline((0..rows).map(|row| [row, column]))));
+            for column in 0..columns {
+                lines.extend(self.polyline((0..rows).map(|row| [row, column])));
+            }
         }
         lines
     }
