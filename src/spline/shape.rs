@@ -1,11 +1,13 @@
-//! Splines that keep the shape of their points: which do, and what the others become.
+//! Shape preservation: finds splines that turn to other sides than their polygons, and refits them.
 
 mod mend;
 mod span;
 mod start;
 
+use glam::DVec2;
+
 use mend::mend;
-use span::{Span, Vector, cross, dot, length, minus, plus, times};
+use span::{Span, length};
 use start::start;
 
 use super::cubic::CubicSplines;
@@ -18,17 +20,17 @@ use crate::report::{CurveReport, LimitReport};
 use crate::sides::{self, Asked};
 use crate::status::CurveStatus;
 
-/// p″ that jumps at a knot by more than this part of the largest p″ is held by a side.
+/// A constraint is active at a knot if p″ jumps there by more than this part of the largest p″.
 ///
-/// Where none holds it, it jumps by some 1e-9 of that at most.
+/// Elsewhere it jumps by at most some 1e-9 of the largest p″.
 const HELD: f64 = 1e-6;
 
-/// Jets a span by which curvature to the other side is measured.
+/// Jets per span that measure curvature to the wrong side.
 const JETS: usize = 32;
 
-/// What became of a curve whose spline breaks its shape.
-enum Shaped {
-    Mended {
+/// The refit of a curve whose spline breaks its shape.
+enum Refit {
+    Found {
         /// p″ at both ends of every span.
         second: Vec<f64>,
         energy: f64,
@@ -39,12 +41,12 @@ enum Shaped {
         /// A point at which two lines of points meet.
         corner: Option<usize>,
     },
-    /// None was found, for what is said of a point.
+    /// No feasible curve was found.
     Infeasible { point: usize, what: String },
 }
 
 impl Natural {
-    /// Checks that curves of a batch can keep their shape, where that is asked for.
+    /// Checks that curves of a batch can keep their shape, if that is required.
     pub(super) fn check_shape(&self, batch: &CurveBatch) -> Result<()> {
         if self.shape && batch.dimension() != 2 {
             return Err(Error::argument(
@@ -55,13 +57,13 @@ impl Natural {
         Ok(())
     }
 
-    /// Mends the splines that break their shape, and writes into all reports how it is kept.
+    /// Refits the splines that break their shape, and completes all reports.
     pub(super) fn keep_shapes(&self, batch: &CurveBatch, splines: &mut CubicSplines, reports: &mut [CurveReport]) {
-        let shaped = parallel::map(batch.len(), 16, |i| {
+        let refits = parallel::map(batch.len(), 16, |i| {
             let fitted = !splines.unfitted.contains_key(&i);
-            fitted.then(|| self.shaped(batch, splines, i)).flatten()
+            fitted.then(|| self.refit(batch, splines, i)).flatten()
         });
-        for (i, shaped) in shaped.into_iter().enumerate() {
+        for (i, refit) in refits.into_iter().enumerate() {
             if splines.unfitted.contains_key(&i) {
                 continue;
             }
@@ -69,9 +71,9 @@ impl Natural {
             let free = report.energy;
             let mut limits =
                 LimitReport { violation: 0.0, active: 0, cost: 0.0, stretch: 1.0, neighbours: 0, touching: 0 };
-            match shaped {
+            match refit {
                 None => {}
-                Some(Shaped::Mended { second, energy, iterations, decrement, converged, held, corner }) => {
+                Some(Refit::Found { second, energy, iterations, decrement, converged, held, corner }) => {
                     splines.sided.insert(i, second);
                     (report.energy, report.iterations, report.gradient_norm) = (energy, 1 + iterations, decrement);
                     (limits.active, limits.cost) = (held, energy / free - 1.0);
@@ -89,7 +91,7 @@ impl Natural {
                             (CurveStatus::NotConverged, Some(batch.sentence(i, 0, &what)));
                     }
                 }
-                Some(Shaped::Infeasible { point, what }) => {
+                Some(Refit::Infeasible { point, what }) => {
                     limits.violation = violation(splines, i);
                     (report.status, report.message) = (CurveStatus::Infeasible, Some(batch.sentence(i, point, &what)));
                 }
@@ -99,34 +101,34 @@ impl Natural {
         }
     }
 
-    /// What becomes of curve `i`; `None` where its spline keeps its shape.
-    fn shaped(&self, batch: &CurveBatch, splines: &CubicSplines, i: usize) -> Option<Shaped> {
+    /// The refit of curve `i`; `None` if its spline keeps its shape.
+    fn refit(&self, batch: &CurveBatch, splines: &CubicSplines, i: usize) -> Option<Refit> {
         let spline = splines.spline(i);
         let (entries, closed) = (spline.entries, spline.closed);
         let (points, _) = spline.values.as_chunks::<2>();
         let distinct = points.len() - usize::from(spline.closed);
         let asked = sides::of_spans(&points[..distinct], spline.closed);
         let count = asked.len();
-        let chord = |k: usize| minus(points[k + 1], points[k]);
+        let chord = |k: usize| DVec2::from(points[k + 1]) - DVec2::from(points[k]);
         // At size 1.
         let size = (0..count).map(|k| length(chord(k))).sum::<f64>() / count as f64;
         let time = (spline.t[count] - spline.t[0]) / count as f64;
         let step = |k: usize| (spline.t[k + 1] - spline.t[k]) / time;
-        let chords: Vec<Vector> = (0..count).map(|k| times(1.0 / size, chord(k))).collect();
+        let chords: Vec<DVec2> = (0..count).map(|k| 1.0 / size * chord(k)).collect();
         let (second, _) = spline.second.as_chunks::<2>();
-        let moments = |k: usize| [second[k], second[k + 1]].map(|m| m.map(|m| time * (time * m / size)));
+        let moments = |k: usize| [second[k], second[k + 1]].map(|m| time * (time * DVec2::from(m) / size));
         if (0..count).all(|k| keeps(&asked[k], step(k), chords[k], moments(k))) {
             return None;
         }
         let tangents = self.tangents_of(batch, splines.knots(), i);
-        let given = tangents.map(|v| v.map(|v| times(time / size, [v[0], v[1]])));
+        let given = tangents.map(|v| v.map(|v| time / size * DVec2::from_slice(v)));
         let natural =
             |knot: usize| !spline.closed && (knot == 0 && given[0].is_none() || knot == count && given[1].is_none());
         // Two lines of points meet at an angle.
         let is_corner = |knot: usize| {
             let [before, after] = [(knot + count - 1) % count, knot % count];
             let meet = (closed || knot > 0 && knot < count) && asked[before].straight && asked[after].straight;
-            meet && !sides::goes_on(chords[before], chords[after])
+            meet && !sides::goes_on(chords[before].into(), chords[after].into())
         };
         let span = |k: usize, asked: Asked, ends: &dyn Fn(usize) -> bool| {
             let knot = |knot: usize| (!natural(knot) && !ends(knot)).then_some(knot % distinct);
@@ -145,9 +147,9 @@ impl Natural {
         for (k, span) in spans.iter().enumerate() {
             let moments = span.moments(&found.derivatives);
             energy += bending(step(k), moments);
-            sided.extend(moments.iter().flatten().map(|m| m * size / time / time));
+            sided.extend(moments.iter().flat_map(|m| m.to_array()).map(|m| m * size / time / time));
         }
-        // What is straight all along has rounding for p″.
+        // The p″ of straight curves is rounding.
         let rounding = HELD * size / time / time;
         let largest = sided.iter().fold(rounding, |most, m| most.max(m.abs()));
         let jumps = |k: &usize| {
@@ -155,7 +157,7 @@ impl Natural {
             (0..2).any(|c| (sided[end + c] - sided[start + c]).abs() > HELD * largest)
         };
         let held = (usize::from(!closed)..count).filter(jumps).count();
-        Some(Shaped::Mended {
+        Some(Refit::Found {
             second: sided,
             energy: energy * (size / time) * (size / time) / time,
             iterations: found.iterations,
@@ -167,37 +169,37 @@ impl Natural {
     }
 }
 
-/// Whether a span of p″ = `moments` at its ends has the sides asked for, all at size 1.
-fn keeps(asked: &Asked, h: f64, chord: Vector, [m, n]: [Vector; 2]) -> bool {
+/// Whether a span of p″ = `moments` at its ends has the required sides, all at size 1.
+fn keeps(asked: &Asked, h: f64, chord: DVec2, [m, n]: [DVec2; 2]) -> bool {
     let Asked { ends: [start, end], within, straight } = *asked;
     // The outer legs of the Bézier polygon.
-    let bent = |m: Vector, n: Vector, share: f64| times(share * h * h / 18.0, plus(times(2.0, m), n));
-    let third = times(1.0 / 3.0, chord);
-    let [a, b] = [plus(third, bent(m, n, -1.0)), plus(third, bent(n, m, 1.0))];
+    let bent = |m: DVec2, n: DVec2, share: f64| share * h * h / 18.0 * (2.0 * m + n);
+    let third = 1.0 / 3.0 * chord;
+    let [a, b] = [third + bent(m, n, -1.0), third + bent(n, m, 1.0)];
     if straight {
-        let square = dot(chord, chord);
-        let in_line = [a, b].iter().all(|leg| cross(*leg, chord).abs() <= sides::STRAIGHT * square);
-        let (first, last) = (dot(a, chord), dot(b, chord));
+        let square = chord.dot(chord);
+        let in_line = [a, b].iter().all(|leg| leg.perp_dot(chord).abs() <= sides::STRAIGHT * square);
+        let (first, last) = (a.dot(chord), b.dot(chord));
         let middle = square - first - last;
         return in_line && first >= 0.0 && last >= 0.0 && middle >= -(first * last).sqrt();
     }
-    let (first, last) = (start * cross(a, m), end * cross(b, n));
+    let (first, last) = (start * a.perp_dot(m), end * b.perp_dot(n));
     // f and l of `mend` are these times h²/6.
     let root = h * h / 3.0 * (first * last).max(0.0).sqrt();
-    first >= 0.0 && last >= 0.0 && (within == 0.0 || within * cross(a, b) >= -root)
+    first >= 0.0 && last >= 0.0 && (within == 0.0 || within * a.perp_dot(b) >= -root)
 }
 
 /// h/3 (m·m + m·n + n·n)
-fn bending(h: f64, [m, n]: [Vector; 2]) -> f64 {
-    h / 3.0 * (dot(m, m) + dot(m, n) + dot(n, n))
+fn bending(h: f64, [m, n]: [DVec2; 2]) -> f64 {
+    h / 3.0 * (m.dot(m) + m.dot(n) + n.dot(n))
 }
 
-/// The largest curvature to another side than asked for, in units of 1 over the mean chord.
+/// The largest curvature to the wrong side, in units of 1 over the mean chord.
 fn violation(splines: &CubicSplines, i: usize) -> f64 {
     let spline = splines.spline(i);
     let (points, _) = spline.values.as_chunks::<2>();
     let asked = sides::of_spans(&points[..points.len() - usize::from(spline.closed)], spline.closed);
-    let chords: f64 = points.windows(2).map(|pair| length(minus(pair[1], pair[0]))).sum();
+    let chords: f64 = points.windows(2).map(|pair| length(DVec2::from(pair[1]) - DVec2::from(pair[0]))).sum();
     let mean = chords / asked.len() as f64;
     let mut worst = 0.0f64;
     for (k, asked) in asked.iter().enumerate() {
@@ -218,7 +220,7 @@ fn violation(splines: &CubicSplines, i: usize) -> f64 {
 }
 
 /// Which given tangent leaves no curve, and which would.
-fn infeasible(entries: Option<&[u32]>, spans: &[Span], given: &[Option<Vector>; 2]) -> Shaped {
+fn infeasible(entries: Option<&[u32]>, spans: &[Span], given: &[Option<DVec2>; 2]) -> Refit {
     let last = spans.len() - 1;
     let point_of = |knot: usize| point_of(entries, knot);
     // Seen from each end, so that the tangent begins the curve.
@@ -226,17 +228,17 @@ fn infeasible(entries: Option<&[u32]>, spans: &[Span], given: &[Option<Vector>; 
     for ((knot, own, next, sign), v) in views.into_iter().zip(given) {
         let Some(v) = v else { continue };
         if spans[own].asked.straight {
-            if spans[own].is_along(*v) && dot(*v, spans[own].chord) > 0.0 {
+            if spans[own].is_along(*v) && v.dot(spans[own].chord) > 0.0 {
                 continue;
             }
             let what = "no spline with its tangent keeps its shape: the points lie in a line here, and the tangent leads off it; turn \
                         the tangent along the line, or leave it out";
-            return Shaped::Infeasible { point: point_of(knot), what: what.into() };
+            return Refit::Infeasible { point: point_of(knot), what: what.into() };
         }
         let side = sign * spans[own].asked.within;
-        let leg = times(spans[own].h / 3.0, *v);
+        let leg = spans[own].h / 3.0 * *v;
         let (chord, beyond) = (spans[own].chord, spans[next].chord);
-        if side * cross(leg, chord) <= sides::STRAIGHT * length(leg) * length(chord) {
+        if side * leg.perp_dot(chord) <= sides::STRAIGHT * length(leg) * length(chord) {
             let [turn, other] = if spans[own].asked.within > 0.0 { ["left", "right"] } else { ["right", "left"] };
             let bound = if sign > 0.0 {
                 format!("turns {turn} from here, and must set out to the {other} of the next point")
@@ -248,20 +250,20 @@ fn infeasible(entries: Option<&[u32]>, spans: &[Span], given: &[Option<Vector>; 
             let what = format!(
                 "no spline with its tangent keeps its shape: the curve {bound}; turn the tangent, or leave it out"
             );
-            return Shaped::Infeasible { point: point_of(knot), what };
+            return Refit::Infeasible { point: point_of(knot), what };
         }
-        let reach = side * cross(leg, beyond);
-        let most = side * cross(chord, beyond) / reach;
+        let reach = side * leg.perp_dot(beyond);
+        let most = side * chord.perp_dot(beyond) / reach;
         if reach > 0.0 && most <= 1.0 {
             let what = format!(
                 "no spline with its tangent keeps its shape: the tangent leads too far; divide it by more than {:.3}, or leave it out",
                 1.0 / most
             );
-            return Shaped::Infeasible { point: point_of(knot), what };
+            return Refit::Infeasible { point: point_of(knot), what };
         }
     }
     let what = "no spline with its tangents keeps its shape: shorten them, or leave one out";
-    Shaped::Infeasible { point: 0, what: what.into() }
+    Refit::Infeasible { point: 0, what: what.into() }
 }
 
 /// The first data point at a knot.
@@ -269,17 +271,5 @@ fn point_of(entries: Option<&[u32]>, knot: usize) -> usize {
     match entries {
         Some(entries) => entries.iter().position(|&entry| entry as usize == knot).unwrap_or(0),
         None => knot,
-    }
-}
-
-impl Span {
-    /// p″ at both ends; 0 at a natural one.
-    fn moments(&self, v: &[Vector]) -> [Vector; 2] {
-        let [a, b] = self.ends(v);
-        let slope = times(6.0 / self.h, self.chord);
-        let moment =
-            |near: Vector, far: Vector| times(1.0 / self.h, minus(slope, plus(times(4.0, near), times(2.0, far))));
-        let own = [moment(a, b), times(-1.0, moment(b, a))];
-        std::array::from_fn(|end| if self.knots[end].is_some() { own[end] } else { [0.0; 2] })
     }
 }

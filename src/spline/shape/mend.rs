@@ -1,86 +1,89 @@
-//! [`mend`]: the C¹ cubic spline of least bending that turns to the sides asked for.
+//! [`mend`]: the C¹ cubic spline of least bending that turns to the required sides.
 //!
 //! Unknowns are the derivatives at the knots, and `span` has the conditions.
 //!
-//! Bending by itself may be least at a corner, where v is 0: a derivative that turned back would turn to the other side.
-//! So v keeps a component d·v ≥ c along the direction d that it begins with, wherever a side is asked for.
+//! The least bending may have a corner, where v is 0. So v keeps a component d·v ≥ c along its
+//! first direction d, wherever a side is required.
 //!
-//! From derivatives that keep the shape (`start`) an interior point method goes: Newton
-//! on the bending less μ times the logarithms of these numbers, for ever smaller μ. Where no side holds a knot,
-//! p″ is continuous there, since that is what least bending is.
+//! An interior-point method begins at feasible derivatives (`start`): Newton steps for the bending
+//! less μ times the logarithms of all constrained numbers, for a falling sequence of μ. p″ is
+//! continuous at knots without an active constraint.
 //!
 //! Source: S. Boyd and L. Vandenberghe, *Convex Optimization*, chapter 11.
 
-use super::span::{Part, Span, Vector, dot, plus, times};
+use glam::DVec2;
+
+use super::span::{Span, SpanDerivatives};
 use crate::linalg::skyline::Skyline;
 
-/// The weight of the logarithms at first, and at last, relative to the bending of the C² spline.
+/// The first and the last weight of the logarithms, relative to the bending of the C² spline.
 ///
-/// Bending is then least to so many times this part as there are conditions, and a side that holds a span leaves it about
-/// this much curvature, which rounding does not hide.
+/// The bending exceeds the least by the last weight times the number of conditions. An active
+/// constraint leaves about as much curvature, more than rounding.
 const WEIGHTS: [f64; 2] = [1.0, 1e-10];
 
 /// The weight falls by this factor.
 const FALL: f64 = 0.1;
 
-/// Newton's steps a weight. Three to six are needed, and some ten at first.
+/// The most Newton steps per weight. Three to six are needed, and some ten at first.
 const MOST_STEPS: u32 = 60;
 
-/// Newton's steps end when they save less than this part of the weight.
+/// Newton steps end once they save less than this share of the weight.
 const NEAR: f64 = 1e-3;
 
-/// Halvings of a step.
+/// The most halvings of a step.
 const MOST_SHORTER: usize = 60;
 
-/// Parts of the convex Hessian that are added where the whole one has negative eigenvalues.
+/// Multiples of the convex Hessian that are added until the sum is positive definite.
 const DAMPINGS: [f64; 12] = [0.0, 0.01, 0.04, 0.16, 0.64, 2.6, 10.0, 41.0, 164.0, 1e3, 1e4, 1e5];
 
-/// What a derivative keeps so that the curve has no corner: direction · v ≥ least.
+/// A bound on a derivative that keeps the curve from a corner: direction · v ≥ least.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Ahead {
-    pub direction: Vector,
+pub(super) struct LowerBound {
+    pub direction: DVec2,
     pub least: f64,
 }
 
 /// How the derivative at a knot may change.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Freedom {
-    /// Not at all: it is given, or there is none.
+    /// Not at all: it is given, or missing.
     Fixed,
     /// In its length, along a unit vector.
-    Along(Vector),
+    Along(DVec2),
     Free,
 }
 
-/// Where a search begins.
-pub(super) struct Begin {
+/// The first point of the search.
+pub(super) struct StartPoint {
     /// The derivatives at the knots.
-    pub v: Vec<Vector>,
+    pub v: Vec<DVec2>,
     pub freedom: Vec<Freedom>,
-    pub ahead: Vec<Option<Ahead>>,
+    pub bounds: Vec<Option<LowerBound>>,
 }
 
-impl Ahead {
-    fn room(&self, v: Vector) -> f64 {
-        dot(self.direction, v) - self.least
+impl LowerBound {
+    fn slack(&self, v: DVec2) -> f64 {
+        self.direction.dot(v) - self.least
     }
 }
 
 /// The derivatives found.
-pub(super) struct Mended {
-    pub derivatives: Vec<Vector>,
+pub(super) struct MendResult {
+    pub derivatives: Vec<DVec2>,
     pub iterations: u32,
-    /// What a last step would save, relative to the bending: its root.
+    /// The root of the saving of one more step, relative to the bending.
     pub decrement: f64,
     pub converged: bool,
 }
 
 /// The derivatives of least bending that keep the sides of all spans.
 ///
-/// `unit` is the bending without sides. `None` where the derivatives to begin with do not keep them.
-pub(super) fn mend(spans: &[Span], begin: Begin, unit: f64) -> Option<Mended> {
-    let Begin { mut v, freedom, ahead } = begin;
-    let mut newton = Newton::new(spans, &freedom, ahead);
+/// `unit` is the bending without sides. `None` where the derivatives to begin with do not keep
+/// them.
+pub(super) fn mend(spans: &[Span], begin: StartPoint, unit: f64) -> Option<MendResult> {
+    let StartPoint { mut v, freedom, bounds } = begin;
+    let mut newton = Newton::new(spans, &freedom, bounds);
     if !newton.keeps(&v) {
         return None;
     }
@@ -98,18 +101,18 @@ pub(super) fn mend(spans: &[Span], begin: Begin, unit: f64) -> Option<Mended> {
             iterations += 1;
         }
         if weight <= WEIGHTS[1] {
-            return Some(Mended { derivatives: v, iterations, decrement, converged });
+            return Some(MendResult { derivatives: v, iterations, decrement, converged });
         }
         weight = (FALL * weight).max(WEIGHTS[1]);
     }
 }
 
-/// Newton's steps, by blocks of two coordinates a knot.
+/// Newton steps, by blocks of two coordinates per knot.
 struct Newton<'a> {
     spans: &'a [Span],
-    ahead: Vec<Option<Ahead>>,
+    bounds: Vec<Option<LowerBound>>,
     /// The unknowns of every knot, with the vectors that they are the lengths along.
-    unknowns: Vec<Vec<(usize, Vector)>>,
+    unknowns: Vec<Vec<(usize, DVec2)>>,
     matrix: Skyline,
     gradient: Vec<f64>,
     step: Vec<f64>,
@@ -117,7 +120,7 @@ struct Newton<'a> {
 }
 
 impl<'a> Newton<'a> {
-    fn new(spans: &'a [Span], freedom: &[Freedom], ahead: Vec<Option<Ahead>>) -> Self {
+    fn new(spans: &'a [Span], freedom: &[Freedom], bounds: Vec<Option<LowerBound>>) -> Self {
         let mut first = Vec::new();
         let mut unknowns = Vec::with_capacity(freedom.len());
         for freedom in freedom {
@@ -125,7 +128,7 @@ impl<'a> Newton<'a> {
             unknowns.push(match *freedom {
                 Freedom::Fixed => vec![],
                 Freedom::Along(direction) => vec![(own, direction)],
-                Freedom::Free => vec![(own, [1.0, 0.0]), (own + 1, [0.0, 1.0])],
+                Freedom::Free => vec![(own, DVec2::X), (own + 1, DVec2::Y)],
             });
             first.resize(own + unknowns[unknowns.len() - 1].len(), own);
         }
@@ -137,34 +140,34 @@ impl<'a> Newton<'a> {
             }
         }
         let (gradient, step) = (vec![0.0; first.len()], vec![0.0; first.len()]);
-        Newton { spans, ahead, unknowns, matrix: Skyline::new(first), gradient, step, value: 0.0 }
+        Newton { spans, bounds, unknowns, matrix: Skyline::new(first), gradient, step, value: 0.0 }
     }
 
-    /// What keeps derivatives from 0, with their knots.
-    fn rooms<'b>(&'b self, v: &'b [Vector]) -> impl Iterator<Item = (usize, Vector, f64)> + 'b {
-        let all = self.ahead.iter().zip(v).enumerate().filter(|(knot, _)| !self.unknowns[*knot].is_empty());
-        all.filter_map(|(knot, (ahead, v))| ahead.map(|ahead| (knot, ahead.direction, ahead.room(*v))))
+    /// The bounds that keep derivatives from 0, with their knots.
+    fn slacks<'b>(&'b self, v: &'b [DVec2]) -> impl Iterator<Item = (usize, DVec2, f64)> + 'b {
+        let all = self.bounds.iter().zip(v).enumerate().filter(|(knot, _)| !self.unknowns[*knot].is_empty());
+        all.filter_map(|(knot, (bound, v))| bound.map(|bound| (knot, bound.direction, bound.slack(*v))))
     }
 
-    fn keeps(&self, v: &[Vector]) -> bool {
-        self.spans.iter().all(|span| span.keeps(v)) && self.rooms(v).all(|(.., room)| room > 0.0)
+    fn keeps(&self, v: &[DVec2]) -> bool {
+        self.spans.iter().all(|span| span.keeps(v)) && self.slacks(v).all(|(.., slack)| slack > 0.0)
     }
 
     /// Bending less the logarithms.
-    fn value(&self, v: &[Vector], unit: f64, weight: f64) -> f64 {
+    fn value(&self, v: &[DVec2], unit: f64, weight: f64) -> f64 {
         let spans: f64 = self.spans.iter().map(|span| span.value(v, unit, weight)).sum();
-        spans - weight * self.rooms(v).map(|(.., room)| room.ln()).sum::<f64>()
+        spans - weight * self.slacks(v).map(|(.., slack)| slack.ln()).sum::<f64>()
     }
 
-    /// The next step, and what it would save; `None` where there is none.
-    fn aim(&mut self, v: &[Vector], unit: f64, weight: f64) -> Option<f64> {
-        let parts: Vec<Part> = self.spans.iter().map(|span| span.part(v, unit, weight)).collect();
-        let rooms: Vec<_> = self.rooms(v).collect();
+    /// Computes the next step and returns its saving. `None` if there is none.
+    fn aim(&mut self, v: &[DVec2], unit: f64, weight: f64) -> Option<f64> {
+        let parts: Vec<SpanDerivatives> = self.spans.iter().map(|span| span.part(v, unit, weight)).collect();
+        let slacks: Vec<_> = self.slacks(v).collect();
         self.value = self.value(v, unit, weight);
         self.gradient.fill(0.0);
-        for &(knot, direction, room) in &rooms {
+        for &(knot, direction, slack) in &slacks {
             for &(row, axis) in &self.unknowns[knot] {
-                self.gradient[row] -= weight * dot(direction, axis) / room;
+                self.gradient[row] -= weight * direction.dot(axis) / slack;
             }
         }
         for (span, part) in self.spans.iter().zip(&parts) {
@@ -172,14 +175,13 @@ impl<'a> Newton<'a> {
                 self.gradient[row] += factor * part.gradient[place];
             }
         }
-        // Where the energy is not convex, more of its convex part is added until the step leads down.
         for damping in DAMPINGS {
             self.matrix.clear();
-            for &(knot, direction, room) in &rooms {
-                let curved = weight / (room * room);
+            for &(knot, direction, slack) in &slacks {
+                let curved = weight / (slack * slack);
                 for &(row, axis) in &self.unknowns[knot] {
                     for &(column, other) in self.unknowns[knot].iter().filter(|(column, _)| *column <= row) {
-                        let product = dot(direction, axis) * dot(direction, other);
+                        let product = direction.dot(axis) * direction.dot(other);
                         self.matrix.add(row, column, (1.0 + damping) * curved * product);
                     }
                 }
@@ -203,20 +205,21 @@ impl<'a> Newton<'a> {
         None
     }
 
-    /// The places in a span's part that its unknowns change, with their rows and by how much.
+    /// The entries of a span's part that its unknowns change, with their rows and factors.
     fn rows(&self, span: &Span) -> Vec<(usize, usize, f64)> {
         let mut rows = Vec::with_capacity(4);
         for (end, knot) in span.knots.iter().enumerate() {
             for &(row, axis) in knot.iter().flat_map(|&knot| &self.unknowns[knot]) {
-                let places = axis.into_iter().enumerate().filter(|(_, factor)| *factor != 0.0);
+                let places = axis.to_array().into_iter().enumerate().filter(|(_, factor)| *factor != 0.0);
                 rows.extend(places.map(|(c, factor)| (2 * end + c, row, factor)));
             }
         }
         rows
     }
 
-    /// Goes along the step as far as all sides are kept and the energy falls; whether it does.
-    fn step(&self, v: &mut [Vector], unit: f64, weight: f64) -> bool {
+    /// Takes the longest feasible part of the step by which the energy falls. False if there is
+    /// none.
+    fn step(&self, v: &mut [DVec2], unit: f64, weight: f64) -> bool {
         let slope: f64 = self.step.iter().zip(&self.gradient).map(|(step, g)| step * g).sum();
         let from = v.to_vec();
         let mut along = 1.0;
@@ -224,7 +227,7 @@ impl<'a> Newton<'a> {
             for ((v, from), unknowns) in v.iter_mut().zip(&from).zip(&self.unknowns) {
                 *v = *from;
                 for &(row, axis) in unknowns {
-                    *v = plus(*v, times(along * self.step[row], axis));
+                    *v += along * self.step[row] * axis;
                 }
             }
             if self.keeps(v) {
