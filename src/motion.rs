@@ -14,8 +14,7 @@ pub(crate) use vector::Vector;
 /// Velocity and acceleration along a piece, by its fraction v (0 … 1): V(v) = V₀ + v V₁ + v² V₂ and
 /// A(v) = A₀ + v A₁.
 ///
-/// For a cubic A is V′. A curve with a curvature of its own may have another A. The curvature is κ
-/// = |V × A| / |V|³.
+/// For a cubic A is V′. Other curves may have another A. The curvature is κ = |V × A| / |V|³.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
     /// V₀, V₁, V₂
@@ -118,7 +117,8 @@ mod tests {
 
     use super::*;
 
-    /// The length of a piece by Gauss' rule of two points on many parts, which errs by their fourth power.
+    /// The length of a piece by Gauss' rule of two points on many parts, which errs by their fourth
+    /// power.
     fn by_parts(motion: &Motion) -> f64 {
         const PARTS: usize = 4096;
         let off = 0.5 / 3f64.sqrt();

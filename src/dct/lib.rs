@@ -1,4 +1,4 @@
-//! Cosine transforms of rustdct, for numbers that are known.
+//! Cosine transforms of rustdct, in f64 and f32.
 //!
 //! rustdct and rustfft are generic: who names a number compiles them for it. That was a sixth of faircurve's
 //! code, compiled again after every change of a room. Here it is compiled once.
@@ -9,7 +9,7 @@ pub use rustdct::{Dct1, DctNum};
 
 /// Numbers that can be transformed.
 pub trait Transformed: DctNum {
-    /// What plans transforms, and shares their tables.
+    /// A planner, which shares tables between transforms.
     fn planner() -> Box<dyn Planner<Self>>;
 }
 

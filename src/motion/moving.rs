@@ -1,4 +1,4 @@
-//! [`Moving`]: a [`Motion`](super::Motion) in the plane or in space, and all that is computed of it.
+//! [`Moving`]: a [`Motion`](super::Motion) in the plane or in space, its length and its curvature.
 
 use super::roots::{MOST_HALVINGS, bernstein, sign_changes};
 use super::vector::Vector;
@@ -98,10 +98,10 @@ impl<V: Vector> Moving<V> {
 
     /// Whether six speeds give the length to 2e-11 of it.
     ///
-    /// With |V₁| r + |V₂| r² ≤ (√2 − 1) |V₀| the speed has no branch point within r of the piece's start.
-    /// Gauss' rule of n points then errs by some 64/15 ρ⁻²ⁿ, with ρ = x + √(x² − 1) and x = 2r − 1.
-    /// r = 2.88 is asked for here, where that is 1e-11. Edges of fair curves are such pieces if they
-    /// turn by 0.1 at most.
+    /// With |V₁| r + |V₂| r² ≤ (√2 − 1) |V₀| the speed has no branch point within r of the piece's
+    /// start. Gauss' rule of n points then errs by some 64/15 ρ⁻²ⁿ, with ρ = x + √(x² − 1) and x =
+    /// 2r − 1. r = 2.88 is asked for here, where that is 1e-11. Edges of fair curves are such
+    /// pieces if they turn by 0.1 at most.
     #[inline(always)]
     fn is_steady(&self) -> bool {
         let [a, b, c] = self.velocity;
@@ -147,7 +147,7 @@ impl<V: Vector> Moving<V> {
 
     /// Whether |κ| is nowhere on the piece above `known`.
     ///
-    /// The control points of V × A, and those of V in the direction of its middle, tell.
+    /// Control points of V × A, and of V in the direction of its middle, give a bound.
     #[inline(always)]
     fn is_below(&self, known: f64) -> bool {
         let controls = self.controls();

@@ -6,7 +6,7 @@ pub(super) const MOST_HALVINGS: u32 = 32;
 /// Steps that take any bracket of a root to rounding. Most brackets take ten.
 const ROOT_STEPS: usize = 100;
 
-/// Bernstein coefficients on 0 … 1 from those of powers: b_k = Σⱼ C(k, j)/C(n, j) aⱼ.
+/// Bernstein coefficients on 0 … 1 from power coefficients: b_k = Σⱼ C(k, j)/C(n, j) aⱼ.
 pub(super) fn bernstein<const N: usize>(mut a: [f64; N]) -> [f64; N] {
     let mut binomial = 1.0;
     for (j, a) in a.iter_mut().enumerate() {
@@ -50,7 +50,7 @@ pub(super) fn sign_changes<const N: usize>(
                     right[i] = 0.5 * (right[i] + right[i + 1]);
                 }
             }
-            // What is left of column i is the right half's coefficient i.
+            // `right` now has the right half's coefficients.
             let middle = 0.5 * (from + to);
             if left[N - 1] == 0.0 {
                 found(middle);

@@ -1,4 +1,4 @@
-//! What a device costs, measured: natural splines are what other methods' costs are given in.
+//! The measured cost of a device. Natural splines are the unit of other methods' costs.
 
 use std::time::Instant;
 
@@ -13,12 +13,12 @@ use crate::precision::Precision;
 const REPETITIONS: usize = 3;
 
 impl Costs {
-    /// Measures a GPU that took `open` seconds to open, beside the CPU: natural splines in f32.
+    /// Measures natural splines in f32 on a GPU that took `open` seconds to open, and on the CPU.
     ///
     /// An adapter without a clock counts its kernels as transfer.
     ///
     /// # Errors
-    /// Those of the fits.
+    /// Failed fits.
     pub fn measured(device: &Device, open: f64) -> Result<Self> {
         let (curves, points, per_span) = (20_000, 10, 8);
         let coords = (0..curves * points).flat_map(|k| [k as f64 * 0.3, (k as f64 * 0.7).sin()]).collect();

@@ -247,8 +247,7 @@ impl<T: Real> Reinsch<T> {
         }
     }
 
-    /// Largest |ω_i (Qγ)_i| of the last solve: what a small λ is multiplied by to give the largest
-    /// correction.
+    /// Largest |ω_i (Qγ)_i| of the last solve: the largest correction per λ, for small λ.
     pub fn largest_pull(&self) -> T {
         let (n, d) = (self.count, self.dimension);
         let (mut largest, mut square) = (T::ZERO, T::ZERO);
@@ -279,7 +278,7 @@ impl<T: Real> Reinsch<T> {
         sum / T::from_f64(3.0)
     }
 
-    /// Whether points are pinned besides both ends of an open curve: it has no line for a limit.
+    /// Whether more points than both ends of an open curve are pinned. Then no line is its limit.
     pub fn has_inner_pins(&self) -> bool {
         let pinned = |k: usize| self.inverse_weights[k] == T::ZERO;
         let ends = !self.closed && pinned(0) && pinned(self.count - 1);
@@ -471,7 +470,8 @@ mod tests {
         for closed in [false, true] {
             for n in [2, 3, 4, 10, 60] {
                 let (mut wide, mut narrow) = (random_problem::<f64>(n, closed, 1), random_problem::<f32>(n, closed, 1));
-                // Up to condition numbers of some 1e5, where the values of f32 still mean something.
+                // Up to condition numbers of some 1e5, where the values of f32 still mean
+                // something.
                 for lambda in [0.0, 1e-9, 1e-7, 1e-5].map(|x| x * 1e4 / (n as f64).powi(2)) {
                     assert!(wide.solve(lambda) && narrow.solve(lambda as f32), "{n} points, λ {lambda}");
                     let error = worst(&wide.correction, &narrow.correction);

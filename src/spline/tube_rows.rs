@@ -1,11 +1,11 @@
-//! [`Rows`]: the least-squares problem ‖Ax + b‖² + ‖Wx‖² of a [`Tube`](super::tube::Tube), factored from knot to knot.
+//! [`Rows`]: the least-squares problem ‖Ax + b‖² + ‖Wx‖² of a [`Tube`](super::tube::Tube), factored
+//! from knot to knot.
 //!
 //! A state is u and m of one knot, d numbers each; rows couple neighbours. Householder reflections
-//! eliminate one state after the other; what they leave on the next one is carried on. The first
-//! state of a closed curve is kept to the end: the border. Solutions are those of the seminormal
-//! equations RᵀR x = …, with one step of refinement, which makes them as good as those by the
-//! reflections themselves (Å. Björck, Stability analysis of the method of seminormal equations,
-//! 1987).
+//! eliminate one state after the other and carry the rest over to the next one. The first state of
+//! a closed curve is eliminated last: the border. Solutions satisfy the seminormal equations RᵀR x
+//! = …, with one step of refinement, which makes them as accurate as solutions by the reflections
+//! themselves (Å. Björck, Stability analysis of the method of seminormal equations, 1987).
 
 /// The rows of A and b, and the triangle of the last [`factor`](Rows::factor).
 pub(super) struct Rows<'a> {
@@ -276,7 +276,7 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// Makes rows of so many columns upper triangular by Householder reflections, in place.
+/// Makes rows of a number of columns upper triangular by Householder reflections, in place.
 fn triangulate(m: &mut [f64], columns: usize) {
     let rows = m.len() / columns;
     for j in 0..columns.min(rows) {

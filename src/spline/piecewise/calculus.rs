@@ -5,8 +5,8 @@ use crate::error::{Error, Result};
 use crate::parallel;
 
 impl Piecewise {
-    /// Derivatives of order `nu` at parameters: curve `i` at `x[ends[i] .. ends[i + 1]]`, a row of columns
-    /// each.
+    /// Derivatives of order `nu` at parameters: curve `i` at `x[ends[i] .. ends[i + 1]]`, a row of
+    /// columns each.
     ///
     /// # Errors
     /// Ends that do not fit.
@@ -130,7 +130,7 @@ impl Piecewise {
                 if whole > 0.0 {
                     self.add_between(i, first, last, whole, &mut sum);
                 }
-                // What is left, from its place in the first period on.
+                // The rest, moved into the first period.
                 let start = first + (from - first).rem_euclid(period);
                 let end = start + ((to - from) - whole * period);
                 self.add_between(i, start, end.min(last), 1.0, &mut sum);
@@ -214,8 +214,8 @@ fn at<const D: usize>(knots: &[f64], c: &[f64], order: usize, x: &[f64], extrapo
     }
 }
 
-/// The span of a parameter, and how far it is from the span's first knot. It is looked for at a span
-/// nearby first, and at the next one.
+/// The span of a parameter, and its distance from the span's first knot. The span `near` and the
+/// next one are tried first.
 fn place(knots: &[f64], x: f64, extrapolate: Extrapolate, near: usize) -> Option<(usize, f64)> {
     let (first, last) = (*knots.first()?, *knots.last()?);
     if knots.len() < 2 || x.is_nan() {

@@ -3,14 +3,14 @@
 use super::{Extrapolate, Piecewise};
 use crate::parallel;
 
-/// A value this small beside the sum of its terms is rounding.
+/// A value below this share of the sum of its terms is rounding.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;
 
 impl Piecewise {
     /// The places where every curve has the value `y`, ascending: a list for each curve and column.
     ///
-    /// A span on which the curve is `y` all along gives its first knot, and NaN after it. Outside the
-    /// knots are looked for with [`Extrapolate::Yes`] alone.
+    /// A span on which the curve is `y` all along gives its first knot, and NaN after it. Outside
+    /// the knots are looked for with [`Extrapolate::Yes`] alone.
     pub fn solve(&self, y: f64, extrapolate: Extrapolate) -> Vec<Vec<f64>> {
         let d = self.columns;
         parallel::map(self.len() * d, 16, |k| self.solve_column(k / d, k % d, y, extrapolate))
@@ -95,8 +95,8 @@ fn value(c: &[f64], z: f64) -> f64 {
     c.iter().fold(0.0, |sum, c| sum * z + c)
 }
 
-/// The root in an interval at whose ends the signs differ: Newton's steps where they stay inside, else
-/// halves.
+/// The root in an interval at whose ends the signs differ: Newton's steps where they stay inside,
+/// else halves.
 fn bisected(c: &[f64], mut a: f64, mut b: f64) -> f64 {
     let below_at_a = value(c, a) < 0.0;
     let mut z = 0.5 * (a + b);

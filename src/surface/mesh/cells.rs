@@ -1,13 +1,13 @@
-//! [`Cells`]: space cut into boxes, each with the balls that reach into it.
+//! [`Cells`]: a division of space into boxes, each with the balls that reach into it.
 
 use glam::DVec3;
 
 use super::tree::Sides;
 
-/// Balls of a cell that are looked at one by one.
+/// The most balls of an undivided cell.
 const TOGETHER: usize = 8;
 
-/// Cuts on the way to a cell at the most.
+/// The most cuts above a cell.
 const MOST_CUTS: usize = 64;
 
 /// The numbers of a node in a table, and of the box around all.
@@ -25,13 +25,14 @@ enum Node {
     Cell { first: u32, count: u32, reach: f64 },
 }
 
-/// A tree of cuts in the middle of boxes, until they are no longer than the mean radius of the balls that reach into them.
+/// A tree of cuts in the middle of boxes, until they are no longer than the mean radius of the
+/// balls that reach into them.
 #[derive(Clone, Debug)]
 pub struct Cells {
     sides: Sides,
     nodes: Vec<Node>,
     items: Vec<u32>,
-    /// The most nodes on the way to a cell and items there.
+    /// The most nodes above a cell, plus its items.
     turns: usize,
 }
 
@@ -70,7 +71,8 @@ impl Cells {
         self.divide(balls, above, &reaching(above), cuts + 1);
     }
 
-    /// The largest radius of the balls that reach into the cell of a point, and their numbers. Nothing out of reach of all.
+    /// The largest radius of the balls that reach into the cell of a point, and their numbers.
+    /// Empty out of reach of all.
     pub fn at(&self, x: DVec3) -> (f64, &[u32]) {
         if !self.sides.holds(x) {
             return (0.0, &[]);
@@ -84,13 +86,13 @@ impl Cells {
         }
     }
 
-    /// The most turns that loops take on the way to a cell and through its items.
+    /// The most loop iterations of a search for a cell and through its items.
     pub fn turns(&self) -> usize {
         self.turns
     }
 
-    /// The box, the nodes and the items of a table that kernels read: where a node or an item is stands there as its place
-    /// in the table. Items follow each other `width` numbers each, behind all this.
+    /// The box, the nodes and the items as a table for kernels, which refers to nodes and items by
+    /// index. The items' numbers follow behind it, `width` each.
     pub fn table(&self, width: usize) -> Vec<f64> {
         let of_node = |node: usize| (SIDES + NODE * node) as f64;
         let lists = SIDES + NODE * self.nodes.len();

@@ -1,4 +1,4 @@
-//! [`Jet`]: a function with its derivatives at a point, and how those of products and quotients follow.
+//! [`Jet`]: a function with its derivatives at a point, and the rules for products and quotients.
 
 use std::ops::AddAssign;
 
@@ -20,7 +20,7 @@ pub struct Jet {
 impl Jet {
     pub const ZERO: Self = Jet { value: 0.0, gradient: DVec3::ZERO, hessian: DMat3::ZERO, third: DMat3::ZERO };
 
-    /// f g, with third derivatives along the vector that those of both are along.
+    /// f g, with third derivatives along the vector of both.
     pub fn times(&self, other: &Self, along: DVec3) -> Self {
         let mut product = self.mixed(other, along);
         product.value = self.value * other.value;
@@ -45,7 +45,7 @@ impl Jet {
         ratio
     }
 
-    /// What derivatives of the product have of derivatives of both.
+    /// The terms of a product's derivatives with derivatives of both factors.
     fn mixed(&self, other: &Self, along: DVec3) -> Self {
         let hessian = both(self.gradient, other.gradient);
         let half = |a: &Self, b: &Self| a.gradient.dot(along) * b.hessian + both(a.gradient, b.hessian * along);

@@ -1,4 +1,4 @@
-//! [`Patch`]: what a mesh is near one of its vertices.
+//! [`Patch`]: a mesh's surface near one of its vertices.
 
 use glam::{DMat3, DVec3};
 use nalgebra::{DMatrix, DVector};
@@ -19,7 +19,8 @@ const SINGULAR: f64 = 1e-8;
 
 /// F = r φ(s) with s = (x − p)/r, and its weight (1 − |s|²)⁴ where |s| < 1.
 ///
-/// φ = g·s + ½ sᵀS s + ⅙ (a u³ + 3 b u²v + 3 c uv² + d v³), where u and v are along the tangent plane.
+/// φ = g·s + ½ sᵀS s + ⅙ (a u³ + 3 b u²v + 3 c uv² + d v³), where u and v are along the tangent
+/// plane.
 #[derive(Clone, Debug)]
 pub struct Patch {
     /// p
@@ -41,8 +42,8 @@ impl Patch {
 
     /// Least squares through points around.
     ///
-    /// Heights z over the plane of the normal are −z = b·(u, v) + ½ (k u² + 2 l uv + m v² + ½ (k + m) z²) + cubic terms.
-    /// The term of z² makes every sphere a solution.
+    /// Heights z over the plane of the normal are −z = b·(u, v) + ½ (k u² + 2 l uv + m v² + ½ (k +
+    /// m) z²) + cubic terms. The term of z² makes every sphere a solution.
     pub fn fitted(self, around: &[DVec3]) -> Self {
         // The second time over the plane of the normal that the first has found.
         let fit = |patch: &Self| {
@@ -96,7 +97,7 @@ impl Patch {
         (patch.normal.is_finite() && patch.bend.is_finite() && patch.normal.dot(n) > 0.5).then_some(patch)
     }
 
-    /// How many numbers kernels know it by.
+    /// How many numbers kernels get.
     pub const NUMBERS: usize = 23;
 
     /// p, r, g, the columns of S from the diagonal on, u and v, and the cubic.

@@ -1,8 +1,8 @@
-//! [`Tree`]: boxes in space, halved by halves, for what is closest to a point.
+//! [`Tree`]: a bounding-volume hierarchy for closest points.
 
 use glam::DVec3;
 
-/// Boxes that are looked at one by one.
+/// The most boxes of a leaf.
 const TOGETHER: usize = 4;
 
 /// A box with sides along the axes.
@@ -91,7 +91,7 @@ impl Tree {
         self.items[first..first + node.count as usize].iter().map(|&k| k as usize)
     }
 
-    /// The item of the least distance from a point, which `distance` gives, with what that gives beside it.
+    /// The item nearest to a point. `distance` gives its distance and the result.
     pub fn nearest<T>(&self, x: DVec3, mut distance: impl FnMut(usize) -> (f64, T)) -> Option<T> {
         let (mut least, mut nearest) = (f64::INFINITY, None);
         let mut later: Vec<(f64, usize)> =
