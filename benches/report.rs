@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use faircurve::discrete::Fair;
 use faircurve::scf::Smooth;
-use faircurve::spline::{Amount, Natural, Smoothing};
+use faircurve::spline::{Natural, Smoothing, SmoothingTarget};
 use faircurve::{CurveBatch, Device, Fit, Result, Sampling};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -105,7 +105,7 @@ fn reports(criterion: &mut Criterion) {
 
 /// The cheapest smoothing: one solve a curve.
 fn smoothing() -> Smoothing {
-    Smoothing { amount: Amount::Lambda(0.1), ..Smoothing::default() }
+    Smoothing { target: SmoothingTarget::Lambda(0.1), ..Smoothing::default() }
 }
 
 fn sampled(fit: Fit) -> Result<(Fit, CurveBatch)> {

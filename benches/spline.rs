@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use faircurve::spline::{Amount, Natural, Smoothing};
+use faircurve::spline::{Natural, Smoothing, SmoothingTarget};
 use faircurve::{CurveBatch, CurveSet, Device, Sampling};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -90,8 +90,10 @@ fn within_a_distance(criterion: &mut Criterion) {
         let mut group = criterion.benchmark_group(format!("{curves} tracks of {points} points within 1"));
         group.throughput(Throughput::Elements((curves * points) as u64)).sample_size(10);
         let mut energies = Vec::new();
-        for (name, amount) in [("one λ", Amount::Deviation(1.0.into())), ("tube", Amount::Tube(1.0.into()))] {
-            let smoothing = Smoothing { amount, ..Smoothing::default() };
+        for (name, target) in
+            [("one λ", SmoothingTarget::Deviation(1.0.into())), ("tube", SmoothingTarget::Tube(1.0.into()))]
+        {
+            let smoothing = Smoothing { target, ..Smoothing::default() };
             let mut energy = 0.0;
             group.bench_function(name, |bencher| {
                 bencher.iter(|| {

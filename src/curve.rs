@@ -11,7 +11,7 @@ use crate::surface::Globe;
 use glam::DVec3;
 use measure::AnyCurve;
 pub use sampling::Sampling;
-pub(crate) use sampling::{check_spacing, excess, rounded_up, sample_bytes, spans};
+pub(crate) use sampling::{check_spacing, excess, rounded_up, sample_bytes, samples_at, spans};
 pub(crate) use unfitted::{Input, Polygon};
 
 /// A point of a curve with its derivatives with respect to the parameter.

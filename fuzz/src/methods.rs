@@ -8,7 +8,7 @@ use faircurve::discrete::{
     Fair, Limits, Pins, Region, Segments, attachment, bending, geodesic_bending, length, tension, torsion, variation,
 };
 use faircurve::scf::Smooth;
-use faircurve::spline::{Amount, Ends, Natural, Smoothing, SurfaceSpline};
+use faircurve::spline::{Ends, Natural, Smoothing, SmoothingTarget, SurfaceSpline};
 use faircurve::surface::{Globe, Quadric, Surface, Torus};
 use faircurve::{CurveBatch, CurveStatus, Deviation, Device, Fit, Sampling};
 
@@ -69,12 +69,12 @@ fn method(bytes: &mut Unstructured, kind: u8) -> Result<Method> {
             Box::new(move |batch, sampling| of(batch).fit_sampled(batch, sampling, &cpu))
         }
         1 => {
-            let amount = match bytes.int_in_range(0..=2)? {
-                0 => Amount::Lambda(option(bytes, &[0.0, 0.1, 1e3])?),
-                1 => Amount::Deviation(distance(bytes)?),
-                _ => Amount::Tube(distance(bytes)?),
+            let target = match bytes.int_in_range(0..=2)? {
+                0 => SmoothingTarget::Lambda(option(bytes, &[0.0, 0.1, 1e3])?),
+                1 => SmoothingTarget::Deviation(distance(bytes)?),
+                _ => SmoothingTarget::Tube(distance(bytes)?),
             };
-            let smoothing = Smoothing { amount, pin_ends: bytes.arbitrary()?, ..Smoothing::default() };
+            let smoothing = Smoothing { target, pin_ends: bytes.arbitrary()?, ..Smoothing::default() };
             show(&smoothing);
             Box::new(move |batch, sampling| smoothing.fit_sampled(batch, sampling, &cpu))
         }

@@ -66,7 +66,7 @@ fn look_around(surface: &dyn Surface) {
     for x in [DVec3::ZERO, DVec3::new(0.5, 0.5, 1.0), DVec3::new(1.5, -0.2, 1e3), DVec3::splat(1e9)] {
         let Some(closest) = surface.closest(x) else { continue };
         assert!(closest.is_finite(), "{closest} is closest to {x} in {}", surface.name());
-        surface.unknown(closest).iter().for_each(|why| check_sentence(why));
+        surface.undefined(closest).iter().for_each(|why| check_sentence(why));
     }
 }
 

@@ -2,7 +2,7 @@
 
 use faircurve::discrete::{Energy, Fair, Limits, Region, Segments};
 use faircurve::scf::{Smooth, Start};
-use faircurve::spline::{Amount, Ends, Natural, Parametrisation, Smoothing, SurfaceSpline};
+use faircurve::spline::{Ends, Natural, Parametrisation, Smoothing, SmoothingTarget, SurfaceSpline};
 use faircurve::{CurveBatch, Deviation, Device, Work};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -102,12 +102,12 @@ pub fn smoothing(
     precision: &str,
 ) -> PyResult<Fit> {
     let distance = || value.parse::<Deviation>().map_err(crate::error);
-    let amount = match amount {
-        "lam" => Amount::Lambda(value.parse()?),
-        "deviation" => Amount::Deviation(distance()?),
-        _ => Amount::Tube(distance()?),
+    let target = match amount {
+        "lam" => SmoothingTarget::Lambda(value.parse()?),
+        "deviation" => SmoothingTarget::Deviation(distance()?),
+        _ => SmoothingTarget::Tube(distance()?),
     };
-    let method = Smoothing { amount, pin_ends, parametrisation: self::parametrisation(parametrisation)? };
+    let method = Smoothing { target, pin_ends, parametrisation: self::parametrisation(parametrisation)? };
     fitted(py, batch, Place::new(device, precision)?, COST_OF_SMOOTHING, |batch, device| method.fit(batch, device))
 }
 

@@ -1,7 +1,7 @@
 //! Piecewise polynomials, for the classes that speak SciPy's words.
 
 use faircurve::Work;
-use faircurve::spline::{self, Boundary, Condition, Extrapolate, Knotted};
+use faircurve::spline::{self, EndCondition, Extrapolate, Knotted};
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -19,11 +19,11 @@ pub struct Piecewise {
 /// A condition: nothing, or the order of a derivative and its values.
 type End<'py> = Option<(usize, PyReadonlyArray1<'py, f64>)>;
 
-fn condition<'a>(end: &'a End<'_>) -> PyResult<Condition<'a>> {
+fn condition<'a>(end: &'a End<'_>) -> PyResult<EndCondition<'a>> {
     match end {
-        None => Ok(Condition::NotAKnot),
-        Some((1, values)) => Ok(Condition::First(values.as_slice()?)),
-        Some((2, values)) => Ok(Condition::Second(values.as_slice()?)),
+        None => Ok(EndCondition::NotAKnot),
+        Some((1, values)) => Ok(EndCondition::First(values.as_slice()?)),
+        Some((2, values)) => Ok(EndCondition::Second(values.as_slice()?)),
         Some((order, _)) => Err(PyValueError::new_err(format!(
             "derivatives of order 1 and 2 can be given at ends, not of order {order}"
         ))),
@@ -55,15 +55,11 @@ impl Piecewise {
         precision: &str,
     ) -> PyResult<Self> {
         let (x, y, offsets) = (x.as_slice()?, y.as_slice()?, self::offsets(&offsets)?);
-        let given = Knotted { x, offsets: &offsets, y, columns };
-        let boundary = match periodic {
-            true => Boundary::Periodic,
-            false => Boundary::Ends([condition(&start)?, condition(&end)?]),
-        };
+        let given = Knotted { x, offsets: &offsets, y, columns, periodic };
+        let ends = [condition(&start)?, condition(&end)?];
         let place = Place::new(device, precision)?;
-        let splines = running::run(py, &place, Work::splines(y.len()), |device| {
-            spline::Piecewise::cubic(&given, &boundary, device)
-        })?;
+        let splines =
+            running::run(py, &place, Work::splines(y.len()), |device| spline::Piecewise::cubic(&given, &ends, device))?;
         Ok(Piecewise { splines })
     }
 

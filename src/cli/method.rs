@@ -12,7 +12,7 @@ use std::str::FromStr;
 use clap::{Args, ValueEnum};
 use faircurve::discrete::{Direction, Pins};
 use faircurve::scf::Smooth;
-use faircurve::spline::{Amount, Natural, Parametrisation, Smoothing};
+use faircurve::spline::{Natural, Parametrisation, Smoothing, SmoothingTarget};
 use faircurve::{Deviation, Error, Result};
 
 pub use self::chosen::Method;
@@ -239,10 +239,10 @@ impl MethodArgs {
                 Ok(Method::Natural(Natural { parametrisation, shape: self.limits.shape(), ..Natural::default() }))
             }
             MethodName::Smoothing => {
-                let amount = match (self.lambda()?, self.deviation, self.tube) {
-                    (Some(lambda), ..) => Amount::Lambda(lambda),
-                    (_, Some(deviation), _) => Amount::Deviation(positive("--deviation", deviation)?),
-                    (_, _, Some(tube)) => Amount::Tube(positive("--tube", tube)?),
+                let target = match (self.lambda()?, self.deviation, self.tube) {
+                    (Some(lambda), ..) => SmoothingTarget::Lambda(lambda),
+                    (_, Some(deviation), _) => SmoothingTarget::Deviation(positive("--deviation", deviation)?),
+                    (_, _, Some(tube)) => SmoothingTarget::Tube(positive("--tube", tube)?),
                     (None, None, None) => {
                         return Err(Error::argument(
                             "--method smoothing needs to know how far: give --smoothing λ (such as --smoothing 0.1) \
@@ -251,7 +251,7 @@ impl MethodArgs {
                     }
                 };
                 let pin_ends = self.pin != Some(Pins::None);
-                Ok(Method::Smoothing(Smoothing { amount, pin_ends, parametrisation }))
+                Ok(Method::Smoothing(Smoothing { target, pin_ends, parametrisation }))
             }
         }
     }

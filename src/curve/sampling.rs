@@ -1,7 +1,7 @@
 //! [`Sampling`]: where curves are sampled, and how many samples there may be.
 
-use super::even;
 use super::measure::AnyCurve;
+use super::{Curve, even};
 use crate::batch::CurveBatch;
 use crate::error::{Error, Result, short};
 use crate::memory::{self, number};
@@ -165,4 +165,20 @@ pub(super) fn sites(curve: &dyn AnyCurve, sampling: Sampling) -> Vec<(usize, f64
         Sampling::Points(n) => even::sites(curve, n.max(curve.least(sampling))),
         Sampling::Spacing(spacing) => even::even_sites(curve, spacing),
     }
+}
+
+/// Coordinates and parameters of a curve at sites. `taken` has the coordinates if they are known.
+pub(crate) fn samples_at(curve: &impl Curve, sites: &[(usize, f64)], taken: Option<&[f64]>) -> (Vec<f64>, Vec<f64>) {
+    let (d, knots) = (curve.dimension(), curve.knots());
+    let mut coords = Vec::with_capacity(sites.len() * d);
+    coords.extend_from_slice(taken.unwrap_or_default());
+    let mut t = Vec::with_capacity(sites.len());
+    for &(span, u) in sites {
+        if taken.is_none() {
+            coords.extend_from_slice(&curve.jet(span, u).point.to_array()[..d]);
+        }
+        let (from, to) = (knots[span], knots[span + 1]);
+        t.push((from + u * (to - from)).min(to));
+    }
+    (coords, t)
 }

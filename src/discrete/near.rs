@@ -17,7 +17,7 @@ use crate::curve::Curve;
 use crate::device::Device;
 use crate::error::Result;
 use crate::report::{CurveReport, CurveSet};
-use crate::spline::{Amount, CubicSplines, Parametrisation, Smoothing};
+use crate::spline::{CubicSplines, Parametrisation, Smoothing, SmoothingTarget};
 use crate::status::CurveStatus;
 
 /// The most that the spline of an open curve strays from its points, as a fraction of the diagonal
@@ -58,7 +58,7 @@ impl Near {
         };
         let places: Vec<usize> = (0..batch.len()).filter(has_spline).collect();
         let within = |k: usize| Smoothing {
-            amount: Amount::Deviation(asked[places[k]].min(reaches[places[k]]).into()),
+            target: SmoothingTarget::Deviation(asked[places[k]].min(reaches[places[k]]).into()),
             pin_ends: pins != Pins::None,
             parametrisation: Parametrisation::ChordLength,
         };

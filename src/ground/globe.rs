@@ -5,22 +5,22 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::heights::{Height, Heights};
 use crate::batch::{CurveBatch, Origin, Unfitted};
-use crate::curve::{Curve, Input, Jet, Sampling};
+use crate::curve::{Curve, Input, Jet, Sampling, samples_at};
 use crate::motion::Motion;
 use crate::parallel;
-use crate::report::{CurveReport, CurveSet};
+use crate::report::{CurveReport, CurveSet, Fit};
 use crate::sort;
 use crate::status::CurveStatus;
 use crate::surface::Globe;
 
 const TURN: f64 = 360.0;
 
-/// Longitudes and latitudes that came back to this many degrees of a data point are that point.
+/// Results within this many degrees of a data point are that point.
 const SAME: f64 = 1e-9;
 
-/// The places in space of longitudes and latitudes. Curves of latitudes beyond the poles have a problem.
+/// The places in space of longitudes and latitudes. Curves of latitudes beyond the poles have a
+/// problem.
 pub(crate) fn in_space(globe: Globe, batch: &CurveBatch) -> CurveBatch {
     let mut coords = Vec::with_capacity(3 * batch.total_points());
     let mut problems = Vec::new();
@@ -43,12 +43,13 @@ pub(crate) fn in_space(globe: Globe, batch: &CurveBatch) -> CurveBatch {
 /// Curves in space, seen as longitudes and latitudes.
 pub(crate) struct GlobeCurves {
     curves: Box<dyn CurveSet>,
-    heights: Heights,
+    /// Curves whose x is the height, if points have heights.
+    heights: Option<Fit>,
     globe: Globe,
     closed: Vec<bool>,
     problems: BTreeMap<usize, Unfitted>,
     origin: Arc<Origin>,
-    /// Longitudes and latitudes of the data points, and where those of every curve begin.
+    /// Longitudes and latitudes of the data points, and the offsets of the curves.
     given: (Vec<[f64; 2]>, Vec<usize>),
     unfitted: BTreeMap<usize, Input>,
 }
@@ -59,7 +60,7 @@ impl GlobeCurves {
         globe: Globe,
         batch: &CurveBatch,
         curves: Box<dyn CurveSet>,
-        heights: Heights,
+        heights: Option<Fit>,
         reports: &[CurveReport],
     ) -> Self {
         let lost: Vec<usize> = (0..batch.len()).filter(|&i| !curves.curve(i).is_fitted()).collect();
@@ -80,39 +81,36 @@ impl GlobeCurves {
         }
     }
 
+    /// 2 or 3.
+    fn dimension(&self) -> usize {
+        2 + usize::from(self.heights.is_some())
+    }
+
     fn fitted(&self, i: usize) -> GlobeCurve<'_> {
         let (points, offsets) = &self.given;
         let points = &points[offsets[i]..offsets[i + 1]];
-        GlobeCurve::new(self.curves.curve(i), self.heights.of(i), self.globe, points)
+        GlobeCurve::new(self.curves.curve(i), self.heights.as_ref().map(|fit| fit.curve(i)), self.globe, points)
     }
 }
 
 impl CurveSet for GlobeCurves {
     fn curve(&self, i: usize) -> Box<dyn Curve + '_> {
         match self.unfitted.get(&i) {
-            Some(input) => Box::new(input.polygon(self.heights.dimension(), self.closed[i])),
+            Some(input) => Box::new(input.polygon(self.dimension(), self.closed[i])),
             None => Box::new(self.fitted(i)),
         }
     }
 
     fn polylines(&self, sampling: Sampling) -> CurveBatch {
-        let sample = |i: usize| {
-            if let Some(input) = self.unfitted.get(&i) {
-                return input.sample(self.heights.dimension(), self.closed[i], sampling);
+        let sample = |i: usize| match self.unfitted.get(&i) {
+            Some(input) => input.sample(self.dimension(), self.closed[i], sampling),
+            None => {
+                let curve = self.fitted(i);
+                samples_at(&curve, &curve.sites(sampling), None)
             }
-            let curve = self.fitted(i);
-            let sites = curve.sites(sampling);
-            let knots = curve.knots();
-            let t =
-                sites.iter().map(|&(span, u)| (knots[span] + u * (knots[span + 1] - knots[span])).min(knots[span + 1]));
-            let place = |&(span, u): &(usize, f64)| {
-                let [longitude, latitude] = curve.place(span, u);
-                [longitude, latitude, curve.height.at(span, u)[0]].into_iter().take(curve.dimension())
-            };
-            (sites.iter().flat_map(place).collect::<Vec<f64>>(), t.collect::<Vec<f64>>())
         };
         let samples = parallel::map(self.closed.len(), 16, sample);
-        let dimension = self.heights.dimension();
+        let dimension = self.dimension();
         let origin = self.origin(dimension, &samples);
         let closing = |i: usize, last: f64| match self.unfitted.get(&i) {
             Some(input) => input.closing_after(last),
@@ -139,18 +137,19 @@ impl GlobeCurves {
     }
 }
 
-/// A curve in space, seen as longitudes, latitudes in degrees and heights, if there are any. Lengths
-/// are those on the ground, with the rise of heights, and curvatures those in space of the way on the ground.
+/// A curve in space, seen as longitudes and latitudes in degrees, and heights. Lengths are measured
+/// on the ground, with the rise of heights, and curvatures in space, of the curve on the ground.
 struct GlobeCurve<'a> {
     curve: Box<dyn Curve + 'a>,
-    height: Height<'a>,
+    height: Option<Box<dyn Curve + 'a>>,
     globe: Globe,
-    /// Longitude and latitude at both ends of every piece of every span, without a jump from one to the next.
+    /// Longitude and latitude at both ends of every piece of every span, without a jump from one to
+    /// the next.
     ends: Vec<Vec<[f64; 2]>>,
 }
 
 impl<'a> GlobeCurve<'a> {
-    fn new(curve: Box<dyn Curve + 'a>, height: Height<'a>, globe: Globe, points: &[[f64; 2]]) -> Self {
+    fn new(curve: Box<dyn Curve + 'a>, height: Option<Box<dyn Curve + 'a>>, globe: Globe, points: &[[f64; 2]]) -> Self {
         let mut before = points[0][0];
         let mut ends = Vec::with_capacity(curve.spans());
         for span in 0..curve.spans() {
@@ -175,21 +174,20 @@ impl<'a> GlobeCurve<'a> {
         GlobeCurve { curve, height, globe, ends }
     }
 
+    /// The height at the fraction of a span, and its first two derivatives by that fraction. 0
+    /// without heights.
+    fn height_at(&self, span: usize, u: f64) -> [f64; 3] {
+        let Some(curve) = &self.height else { return [0.0; 3] };
+        let (jet, length) = (curve.jet(span, u), curve.pace(span));
+        [jet.point.x, length * jet.first.x, length * length * jet.second.x]
+    }
+
     /// The piece at the fraction of a span, and the fraction of the piece.
     fn locate_piece(&self, span: usize, u: f64) -> (usize, f64) {
         let pieces = self.ends[span].len() - 1;
         let place = u * pieces as f64;
         let piece = (place.floor().max(0.0) as usize).min(pieces - 1);
         (piece, place - piece as f64)
-    }
-
-    /// Longitude and latitude at the fraction of a span.
-    fn place(&self, span: usize, u: f64) -> [f64; 2] {
-        match self.locate_piece(span, u) {
-            (piece, 0.0) => self.ends[span][piece],
-            (piece, 1.0) => self.ends[span][piece + 1],
-            (piece, v) => self.angles(self.curve.jet(span, u).point, span, piece, v),
-        }
     }
 
     fn angles(&self, point: DVec3, span: usize, piece: usize, v: f64) -> [f64; 2] {
@@ -210,7 +208,7 @@ impl Curve for GlobeCurve<'_> {
     }
 
     fn dimension(&self) -> usize {
-        self.height.dimension()
+        2 + usize::from(self.height.is_some())
     }
 
     fn is_closed(&self) -> bool {
@@ -234,15 +232,15 @@ impl Curve for GlobeCurve<'_> {
     }
 
     fn speed(&self, span: usize, u: f64) -> f64 {
-        self.curve.speed(span, u).hypot(self.height.at(span, u)[1])
+        self.curve.speed(span, u).hypot(self.height_at(span, u)[1])
     }
 
     fn max_curvature(&self) -> f64 {
         self.curve.max_curvature()
     }
 
-    /// λ = atan2(y, x), φ = atan2(a²z, b²ρ), ρ² = x² + y², with their derivatives by the chain rule. The third is 0, and so are
-    /// all at a pole, which has no longitude.
+    /// λ = atan2(y, x), φ = atan2(a²z, b²ρ), ρ² = x² + y², with their derivatives by the chain
+    /// rule. The third is 0, and so are all at a pole, which has no longitude.
     fn jet(&self, span: usize, u: f64) -> Jet {
         let (piece, v) = self.locate_piece(span, u);
         let jet = self.curve.jet(span, u);
@@ -255,7 +253,7 @@ impl Curve for GlobeCurve<'_> {
         let k = ratio * ratio;
         let (p, d, dd) = (jet.point, jet.first, jet.second);
         let square = p.x * p.x + p.y * p.y;
-        let [height, rise, bend] = self.height.at(span, u);
+        let [height, rise, bend] = self.height_at(span, u);
         let pace = self.curve.pace(span);
         let heights = [rise / pace, bend / (pace * pace)];
         let point = DVec3::new(longitude, latitude, height);

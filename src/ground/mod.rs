@@ -1,11 +1,13 @@
-//! Curves in surfaces as people give and read them: points moved onto the surface, longitudes and latitudes there and back.
+//! Curves in surfaces as users give and read them: projection of points, longitudes and latitudes.
 
+mod fit;
 mod globe;
 mod heights;
 mod onto;
 mod wide;
 
+pub(crate) use fit::{SurfaceMethod, fit_in_surface};
 pub(crate) use globe::{GlobeCurves, in_space};
-pub(crate) use heights::Heights;
+pub(crate) use heights::{Heights, heights};
 pub(crate) use onto::{Moved, check, check_samples, jet_onto, judge_known, lifted, lost};
 pub(crate) use wide::{Halved, between};

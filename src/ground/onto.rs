@@ -1,8 +1,8 @@
-//! The way of points, splines and samples onto a surface.
+//! Projection of points, splines and samples onto a surface.
 
 use glam::{DMat3, DVec3};
 
-use super::in_space;
+use super::globe::in_space;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::bounds::Bounds;
 use crate::constraint::Constraints;
@@ -13,14 +13,14 @@ use crate::report::CurveReport;
 use crate::status::CurveStatus;
 use crate::surface::Surface;
 
-/// Points lie off their surface by at most this part of their curve's size where nothing else is asked for.
+/// By default points lie off their surface by at most this part of their curve's size.
 const NEAR: f64 = 1e-3;
 
-/// Points moved by less than this part of their curve's size were as good as on the surface.
+/// Points moved by less than this part of their curve's size were on the surface to rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// The points of a planar batch on the surface over them, where the surface has [such points](Surface::over), with tangents that
-/// rise as it does. `None` where it has none, where the batch is spatial, and where it asks for planar curvatures.
+/// Lifts a planar batch onto a surface z = h(x, y), with its tangents. `None` if the surface is
+/// [no such surface](Surface::over), or the batch is spatial or has curvatures.
 pub(crate) fn lifted(batch: &CurveBatch, surface: &dyn Surface) -> Option<CurveBatch> {
     let constraints = batch.constraints();
     if batch.dimension() != 2 || constraints.curvatures.is_some() {
@@ -41,15 +41,15 @@ pub(crate) fn lifted(batch: &CurveBatch, surface: &dyn Surface) -> Option<CurveB
     Some(lifted.with_constraints(constraints).expect("a tangent of three coordinates a point"))
 }
 
-/// Checks that curves of a batch can lie in a surface, and how far off it points may be.
+/// Checks that curves of a batch can lie in a surface, and the largest distance of their points.
 ///
 /// # Errors
-/// Quadrics that are none. Planar curves, but on a globe. A distance that is none.
+/// Invalid quadrics. Planar curves, except on a globe. An invalid distance.
 pub(crate) fn check(batch: &CurveBatch, surface: &dyn Surface, off: Option<f64>) -> Result<()> {
-    if let Some(quadric) = surface.quadric() {
+    if let Some(quadric) = surface.kind().quadric() {
         quadric.check()?;
     }
-    if surface.globe().is_none() && batch.dimension() == 2 {
+    if surface.kind().globe().is_none() && batch.dimension() == 2 {
         return Err(Error::Argument(format!(
             "curves in {} have points of three coordinates, and these have two",
             surface.name()
@@ -63,23 +63,24 @@ pub(crate) fn check(batch: &CurveBatch, surface: &dyn Surface, off: Option<f64>)
     }
 }
 
-/// Checks, before anything is fitted, that so many samples with so many columns can be had. Spacings are lengths in the surface.
+/// Checks, before the fit, that samples with this many columns fit into memory. Spacings are
+/// lengths in the surface.
 ///
 /// # Errors
-/// Those of [`Sampling::check`].
+/// See [`Sampling::check`].
 pub(crate) fn check_samples(
     sampling: Sampling,
     batch: &CurveBatch,
     surface: Option<&dyn Surface>,
     columns: usize,
 ) -> Result<()> {
-    match surface.and_then(Surface::globe) {
+    match surface.and_then(|surface| surface.kind().globe()) {
         Some(globe) => sampling.check_with(&in_space(globe, batch), columns),
         None => sampling.check_with(batch, columns),
     }
 }
 
-/// What is said of a start that is lost after a point.
+/// The sentence for a start that leaves the surface after a point.
 pub(crate) fn lost(surface: &dyn Surface) -> String {
     format!(
         "the way to the next point passes a place of which {} has no one point that is nearest, such as its middle: give \
@@ -91,13 +92,13 @@ pub(crate) fn lost(surface: &dyn Surface) -> String {
 /// A batch whose points have been moved onto a surface.
 pub(crate) struct Moved {
     pub batch: CurveBatch,
-    /// The largest distance that a point of each curve was moved, with its number.
+    /// The point of each curve that was moved farthest, and its distance.
     moves: Vec<(usize, f64)>,
 }
 
 impl Moved {
-    /// Moves all points onto the surface. Curves of points farther from it than `off` have a problem; without a distance
-    /// that is a thousandth of their size.
+    /// Moves all points onto the surface. Curves of points farther from it than `off` have a
+    /// problem; without a distance that is a thousandth of their size.
     pub fn onto(batch: &CurveBatch, surface: &dyn Surface, off: Option<f64>) -> Self {
         let moved = parallel::map(batch.len(), 16, |i| curve_onto(batch, i, surface, off));
         let (mut coords, mut moves, mut problems) = (batch.coords().to_vec(), Vec::new(), Vec::new());
@@ -143,7 +144,7 @@ fn curve_onto(
     for (k, point) in points.chunks_exact(3).map(vector).enumerate() {
         let refuse = |what: String| Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, k, &what) };
         // A place over which the surface has no point.
-        if let Some(why) = surface.unknown(point).filter(|_| point.is_nan()) {
+        if let Some(why) = surface.undefined(point).filter(|_| point.is_nan()) {
             return Err(refuse(format!("it {why}: move it, or leave it out")));
         }
         let Some(closest) = surface.closest(point) else {
@@ -159,7 +160,7 @@ fn curve_onto(
         if away > most.1 {
             most = (k, away);
         }
-        if let Some(why) = surface.unknown(closest) {
+        if let Some(why) = surface.undefined(closest) {
             return Err(refuse(format!("it {why}: move it, or leave it out")));
         }
         moved.extend(closest.to_array());
@@ -167,9 +168,9 @@ fn curve_onto(
     Ok((moved, if most.1 > ROUNDING * size { most } else { (0, 0.0) }))
 }
 
-/// Curves that go where their surface is not known are infeasible, and say so.
+/// Reports curves as infeasible that go where their surface is undefined.
 ///
-/// `vertices` gives the vertices of a curve that was fitted, and the rows of its data points.
+/// `vertices` gives the vertices of a fitted curve, and the rows of its data points.
 pub(crate) fn judge_known(
     surface: &dyn Surface,
     batch: &CurveBatch,
@@ -178,7 +179,7 @@ pub(crate) fn judge_known(
 ) {
     for (i, report) in reports.iter_mut().enumerate() {
         let Some((places, rows)) = vertices(i) else { continue };
-        let lost = places.iter().enumerate().find_map(|(row, x)| Some((row, surface.unknown(*x)?)));
+        let lost = places.iter().enumerate().find_map(|(row, x)| Some((row, surface.undefined(*x)?)));
         if let Some((row, why)) = lost {
             let after = rows.partition_point(|&own| own as usize <= row).saturating_sub(1);
             let what =
@@ -191,9 +192,10 @@ pub(crate) fn judge_known(
 
 /// A point with its derivatives, moved onto a surface.
 ///
-/// The foot y of x = y + d n moves by (I + d S)⁻¹ P x′ with the shape operator S = P W P. Higher derivatives are left.
+/// The projection y of x = y + d n moves by (I + d S)⁻¹ P x′ with the shape operator S = P W P.
+/// Higher derivatives stay as they are.
 pub(crate) fn jet_onto(surface: &dyn Surface, jet: Jet) -> Jet {
-    let point = surface.foot(jet.point).unwrap_or(DVec3::NAN);
+    let point = surface.project(jet.point).unwrap_or(DVec3::NAN);
     let gradient = surface.gradient(point);
     let (normal, length) = (gradient.normalize(), gradient.length());
     let tangential = |v: DVec3| v - v.dot(normal) * normal;

@@ -1,7 +1,7 @@
-//! Wide spans of a surface: points are put in before a spline is laid through all.
+//! Wide spans of a surface: points are inserted before a spline is fitted in space.
 //!
-//! A spline in space cuts through a sphere between points that are far apart. Near the middle of the sphere what is moved
-//! onto it runs away. Halving the chords by feet goes along great circles instead.
+//! A spline in space cuts through a sphere between points that are far apart, and projections from
+//! near the centre diverge. Halved chords with projected middles follow great circles instead.
 
 use glam::DVec3;
 
@@ -12,17 +12,17 @@ use crate::parallel;
 use crate::ragged;
 use crate::surface::{Surface, normal};
 
-/// Normals turn by at most this angle, in radians, along a span that has no points put in.
+/// Normals turn by at most this angle, in radians, along a span without inserted points.
 const WIDE: f64 = std::f64::consts::FRAC_PI_4;
 
-/// A batch with points put in where spans are wide, and how many spans each span has become.
+/// A batch with points inserted in wide spans, and the number of parts of each span.
 pub(crate) struct Halved {
     pub batch: CurveBatch,
     parts: Vec<Vec<usize>>,
 }
 
 impl Halved {
-    /// The batch with its wide spans halved as often as they are wide; `None` where no span is.
+    /// Halves wide spans until none is wide. `None` if no span is wide.
     pub fn of(batch: &CurveBatch, surface: &dyn Surface) -> Option<Self> {
         let has_wide = |i: usize| {
             let normals: Vec<DVec3> = batch.points(i).chunks_exact(3).map(|p| normal(surface, vector(p))).collect();
@@ -50,7 +50,7 @@ impl Halved {
         Some(Halved { batch: batch.with_points(coords, ragged::offsets(counts)), parts })
     }
 
-    /// A curve through the points of curve `i`, as one of the spans that it had.
+    /// A curve through the points of curve `i`, with the spans of the original batch.
     pub fn joined<'a>(&self, i: usize, curve: Box<dyn Curve + 'a>) -> Box<dyn Curve + 'a> {
         let mut first = 0;
         let spans = self.parts[i].iter().map(|&parts| {
@@ -68,7 +68,8 @@ fn is_wide(from: DVec3, to: DVec3) -> bool {
     from.dot(to) < WIDE.cos()
 }
 
-/// Points of the surface between two, by halving: none where the normal turns little, or where a half has no foot.
+/// Points of the surface between two, by halving. Empty if the normal turns little, or if a
+/// projection fails.
 pub(crate) fn between(surface: &dyn Surface, from: DVec3, to: DVec3) -> Vec<DVec3> {
     let normals = [from, to].map(|x| normal(surface, x));
     if !is_wide(normals[0], normals[1]) {
@@ -79,7 +80,7 @@ pub(crate) fn between(surface: &dyn Surface, from: DVec3, to: DVec3) -> Vec<DVec
     for _ in 0..halvings as u32 {
         let mut finer = vec![from];
         for pair in way.windows(2) {
-            let Some(middle) = surface.foot(0.5 * (pair[0] + pair[1])) else { return Vec::new() };
+            let Some(middle) = surface.project(0.5 * (pair[0] + pair[1])) else { return Vec::new() };
             finer.extend([middle, pair[1]]);
         }
         way = finer;
@@ -87,7 +88,7 @@ pub(crate) fn between(surface: &dyn Surface, from: DVec3, to: DVec3) -> Vec<DVec
     way[1..way.len() - 1].to_vec()
 }
 
-/// A curve some of whose spans are taken together: the first of each, and how many.
+/// A curve with some spans joined: the first of each, and how many.
 struct Joined<'a> {
     curve: Box<dyn Curve + 'a>,
     spans: Vec<[usize; 2]>,
@@ -112,7 +113,7 @@ impl Curve for Joined<'_> {
         if parts == 1 { self.curve.motion(first, piece) } else { None }
     }
 
-    /// The place alone is that of the curve.
+    /// The point and the first derivative only.
     fn jet(&self, span: usize, u: f64) -> Jet {
         let [first, parts] = self.spans[span];
         let place = u * parts as f64;

@@ -6,6 +6,7 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 
 use super::knots::Knots;
+use super::sample::coefficients;
 use crate::batch::CurveBatch;
 use crate::batch::Origin;
 use crate::curve::measure::inlined_measures;
@@ -20,7 +21,7 @@ pub struct CubicSplines {
     pub(super) knots: Knots,
     /// p″ at the knots, flat as their points.
     pub(super) second: Vec<f64>,
-    /// p″ at both ends of every span of curves whose p″ may jump at a knot.
+    /// p″ at both ends of every span, for curves whose p″ may jump at a knot.
     pub(super) sided: BTreeMap<usize, Vec<f64>>,
     /// The curves that were not fitted, as they came in.
     pub(super) unfitted: BTreeMap<usize, Input>,
@@ -51,11 +52,11 @@ impl CubicSplines {
     }
 
     /// The second derivatives with respect to the parameter at the distinct knots of curve `i`,
-    /// `dimension` numbers a knot; those of a closed curve repeat the first at the end. Empty where
-    /// the curve was not fitted.
+    /// `dimension` numbers per knot. A closed curve repeats the first at the end. Empty if the
+    /// curve was not fitted.
     ///
-    /// A curve that was mended to keep its shape has those at both ends of every span: the last of a span and the first of
-    /// the next differ where a side holds the knot between them.
+    /// A curve that was refitted to keep its shape has them at both ends of every span. They differ
+    /// at a knot with an active constraint.
     pub fn second_derivatives(&self, i: usize) -> &[f64] {
         if self.unfitted.contains_key(&i) {
             return &[];
@@ -66,8 +67,8 @@ impl CubicSplines {
         &self.second[self.knots.offsets[i] * self.knots.dimension..self.knots.offsets[i + 1] * self.knots.dimension]
     }
 
-    /// ∫|p″|² dt of curve `i`, exactly; nothing where a coefficient of some span is beyond the range
-    /// of the numbers.
+    /// ∫|p″|² dt of curve `i`, exactly; nothing where a coefficient of some span is beyond the
+    /// range of the numbers.
     pub(super) fn energy(knots: &Knots, second: &[f64], i: usize) -> Option<f64> {
         let (t, d) = (knots.t(i), knots.dimension);
         let own = &second[knots.offsets[i] * d..knots.offsets[i + 1] * d];
@@ -75,7 +76,7 @@ impl CubicSplines {
             2 => measure::<2>(t, knots.values(i), own),
             _ => measure::<3>(t, knots.values(i), own),
         };
-        // What is far from the end of the range as a whole is so everywhere.
+        // A sum far from the end of the range has such terms only.
         (size < f64::MAX / 32.0 || Self::is_in_range(knots, second, i)).then_some(energy)
     }
 
@@ -145,7 +146,7 @@ impl CurveSet for CubicSplines {
     }
 
     fn polylines(&self, sampling: Sampling) -> CurveBatch {
-        self.polylines_on_cpu(sampling)
+        self.polylines_with(sampling, None)
     }
 
     fn sample_offsets(&self, sampling: Sampling) -> Option<Vec<usize>> {
@@ -166,13 +167,13 @@ pub(super) struct Spline<'a> {
     pub values: &'a [f64],
     /// p″ at the start and the end of every span.
     pub second: &'a [f64],
-    /// From the start of a span to that of the next: 1 where p″ is continuous, else 2.
+    /// Second derivatives per span: 1 if p″ is continuous, else 2.
     pub stride: usize,
     pub dimension: usize,
     pub closed: bool,
     /// The knot of every data point, where they are not one to one.
     pub entries: Option<&'a [u32]>,
-    /// The parameter of every data point then, once they are asked for.
+    /// The parameter of every data point then, computed on demand.
     repeated: OnceLock<Vec<f64>>,
 }
 
@@ -198,10 +199,9 @@ impl Spline<'_> {
         let h = self.t[k + 1] - self.t[k];
         let second = |at: usize| vector(&self.second[at * self.dimension..(at + 1) * self.dimension]);
         let start = self.stride * k;
-        let (p, q, m, n) = (self.value(k), self.value(k + 1), second(start), second(start + 1));
-        let (start, end) = (h * (h * m), h * (h * n));
-        let (a, b, c) = (q - p - (2.0 * start + end) / 6.0, 0.5 * start, (end - start) / 6.0);
-        ([p, q, m, n], [a, b, c], h)
+        let ends = [self.value(k), self.value(k + 1), second(start), second(start + 1)];
+        let [x, y, z] = [0, 1, 2].map(|c| coefficients(h, ends.map(|v| v[c])));
+        (ends, [0, 1, 2].map(|power| DVec3::new(x[power], y[power], z[power])), h)
     }
 
     /// The jet at the fraction `u` between the knots `k` and `k + 1`.

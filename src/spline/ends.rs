@@ -1,9 +1,11 @@
-//! [`Ends`]: what holds at the ends of splines, and the tangents that are given there.
+//! [`Ends`] and [`EndCondition`]: conditions at the ends of open splines.
+//!
+//! [`Ends`] interprets the tangents of a batch. An [`EndCondition`] comes with its numbers.
 
 use super::knots::Knots;
 use crate::batch::CurveBatch;
 
-/// What holds at the two ends of an open curve. Closed curves are periodic, whatever is chosen.
+/// The conditions at both ends of an open curve. Closed curves are always periodic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Ends {
@@ -16,7 +18,19 @@ pub enum Ends {
     Clamped,
 }
 
-/// Tangents asked for at the first and the last knot.
+/// The condition at one end of an open [`Piecewise`](super::Piecewise) spline.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum EndCondition<'a> {
+    /// The first (last) two spans are one cubic.
+    NotAKnot,
+    /// The first derivative: a value for each curve and column.
+    First(&'a [f64]),
+    /// The second derivative, likewise. A natural end has 0.
+    Second(&'a [f64]),
+}
+
+/// The tangents at the first and the last knot.
 pub(super) type Tangents<'a> = [Option<&'a [f64]>; 2];
 
 /// The tangents at the ends of curve `i`, or why it is refused.
@@ -27,12 +41,11 @@ pub(super) fn end_tangents<'a>(
     i: usize,
 ) -> Result<Tangents<'a>, String> {
     let (n, closed) = (batch.count(i), batch.is_closed(i));
-    let entries = knots.repeats.get(&i);
     let last = knots.range(i).len() - 1;
     let mut found: Tangents = [None, None];
     for k in 0..n {
         let Some(tangent) = batch.tangent(i, k) else { continue };
-        let knot = entries.map_or(k, |entries| entries[k] as usize);
+        let knot = knots.entry(i, k);
         let what = match knot {
             _ if closed => "a closed spline is periodic and cannot meet a tangent: leave it out",
             _ if ends == Ends::Natural => "natural ends leave no room for a tangent: leave it out, or clamp the ends",

@@ -6,56 +6,62 @@ mod curves;
 mod setup;
 mod velocities;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use glam::DVec3;
+
 use self::curves::SurfaceCurves;
-use self::setup::Found;
-use self::velocities::{bounded, with_velocities};
+use self::velocities::bounded;
 use super::ends::Ends;
 use super::knots::{Coincident, Knots, Parametrisation};
 use super::natural::Natural;
-use super::smoothing::{Amount, Smoothing};
-use crate::batch::{CurveBatch, Unfitted};
+use super::smoothing::{Smoothing, SmoothingTarget};
+use crate::batch::CurveBatch;
 use crate::constraint::{Constraint, Constraints};
 use crate::curve::Sampling;
-use crate::device::Device;
+use crate::device::{Device, DeviceReport};
 use crate::error::{Error, Result};
-use crate::ground::{self, GlobeCurves, Heights, Moved, check_samples, in_space, judge_known, lifted};
+use crate::ground::{self, SurfaceMethod, check_samples, fit_in_surface, judge_known, lifted};
 use crate::parallel;
 use crate::report::{CurveReport, CurveSet, Fit};
-use crate::sort;
 use crate::surface::{Globe, Surface};
 
-/// Splines in a surface: of all curves x(t) in it that go through the points at their parameters, those of the least
+/// Splines in a surface: the curves x(t) in it through the points at their parameters with the
+/// least
 ///
 /// ```text
 /// ∫ |P x″|² dt,
 /// ```
 ///
-/// where P x″, the part of x″ in the tangent plane, is the covariant acceleration. In a plane they are
-/// [`Natural`](super::Natural) splines with the same ends. In a sphere they are Riemannian cubics. The parameter is kept:
-/// where it is a time, the motion along the track is smooth too. Splines are C² in it.
+/// where P x″, the part of x″ in the tangent plane, is the covariant acceleration. In a plane they
+/// are [`Natural`](super::Natural) splines with the same ends. In a sphere they are Riemannian
+/// cubics. The parameter is kept: if it is a time, the motion along the track is smooth too.
+/// Splines are C² in it.
 ///
-/// With [`smoothing`](Self::smoothing) they make Σ w_i |p_i − x(t_i)|² + λ ∫ |P x″|² dt least, as
+/// With [`smoothing`](Self::smoothing) they minimise Σ w_i |p_i − x(t_i)|² + λ ∫ |P x″|² dt, as
 /// [`Smoothing`](super::Smoothing) does in space. Distances are straight, not along the surface.
 ///
-/// Natural ends have no covariant acceleration. Where an end has a tangent it is clamped: the tangent is x′ there, in units of
-/// the input per unit of t, of which the part along the surface counts. In a globe it holds degrees of longitude and of
-/// latitude per unit of t, and a change of longitude at a pole is no motion. Planar tangents over a
-/// [`HeightField`](crate::surface::HeightField) rise with the terrain. Smoothing meets tangents at end points that stay.
+/// Natural ends have no covariant acceleration. An end with a tangent is clamped: the tangent is x′
+/// there, in units of the input per unit of t. Only its part along the surface counts. In a globe
+/// it holds degrees of longitude and latitude per unit of t, and a change of longitude at a pole is
+/// no motion. Planar tangents over a [`HeightField`](crate::surface::HeightField) rise with the
+/// terrain. Smoothing keeps tangents at end points that are pinned.
 ///
-/// Curves are in space. Those in a [`Globe`] are of longitudes and latitudes in degrees. A third coordinate is a height:
-/// splines of the same kind over the same parameters go through the heights.
+/// Curves are in space. Curves in a [`Globe`] have longitudes and latitudes in degrees. A third
+/// coordinate is a height: splines of the same kind over the same parameters go through the
+/// heights.
 ///
 /// # Accuracy
 ///
-/// The unknowns are places and velocities at [`parts`](Self::parts) nodes a span, and cubics between them. The error falls as
-/// h⁴, for parts of length h. In a plane it is 0. On a sphere with points 30°
-/// apart, 4 parts a span leave 3e-5 of the radius, and 8 parts 2e-6. Accelerations are right to h²: 8 parts, 2e-3.
-/// Newton's method is exact and takes about 4 iterations, and some more where velocities at ends are many times those between
-/// points. Clamped ends have their velocities to rounding.
+/// The unknowns are positions and velocities at [`parts`](Self::parts) nodes per span, with cubics
+/// between them. The error falls as h⁴, for parts of length h. In a plane it is 0. On a sphere with
+/// points 30° apart, 4 parts per span leave 3e-5 of the radius, and 8 parts 2e-6. Accelerations
+/// converge as h²: 8 parts leave 2e-3. Newton's method takes about 4 iterations, and some more if
+/// velocities at ends are many times those between points. Clamped ends have their velocities to
+/// rounding.
 ///
-/// The result is the cubic spline through the nodes, moved onto the surface.
+/// The result is the cubic spline through the nodes, projected onto the surface.
 ///
 /// # Examples
 ///
@@ -72,28 +78,28 @@ use crate::surface::{Globe, Surface};
 /// # Ok::<(), faircurve::Error>(())
 /// ```
 ///
-/// Source: L. Noakes, G. Heinzinger and B. Paden, *Cubic splines on curved spaces*, IMA Journal of Mathematical Control and
-/// Information 6 (1989), for the functional. Places and velocities as unknowns in an embedded surface, and the derivatives, are
+/// Source: L. Noakes, G. Heinzinger and B. Paden, *Cubic splines on curved spaces*, IMA Journal of
+/// Mathematical Control and Information 6 (1989), for the functional. The discretisation is
 /// faircurve's.
 #[derive(Clone, Debug)]
 pub struct SurfaceSpline {
     /// The surface that curves lie in.
     pub surface: Arc<dyn Surface>,
-    /// The largest distance of a data point from the surface, in units of the input; `None`, the default, is a thousandth of
-    /// the curve's size. Nearer points are moved onto it.
+    /// The largest distance of a data point from the surface, in units of the input. `None`, the
+    /// default, is a thousandth of the curve's size. Nearer points are moved onto it.
     pub off_surface: Option<f64>,
-    /// λ ≥ 0 of smoothing, in the unit of t³ times that of the weights. `None`, the default, and 0 go through the points.
+    /// λ ≥ 0 of smoothing, as [`SmoothingTarget::Lambda`]. `None`, the default, and 0 interpolate.
     pub smoothing: Option<f64>,
-    /// Whether open curves keep their end points where they are smoothed. No by default.
+    /// Whether smoothed open curves keep their end points. No by default.
     pub pin_ends: bool,
-    /// What holds at the ends of open curves; by default clamped where a tangent is given, else natural.
+    /// Conditions at the ends of open curves; by default clamped where a tangent is given, else
+    /// natural.
     pub ends: Ends,
-    /// Parameters of the points. By default those of the batch; else centripetal ones, or with smoothing or tangents chord
-    /// lengths.
+    /// Parameters of the points.
     pub parametrisation: Parametrisation,
-    /// Parts of every span, at whose ends the spline has its unknowns. 4 by default; 1 counts as 2.
+    /// Parts per span. 4 by default; 1 counts as 2.
     pub parts: usize,
-    /// When a curve has converged: the last step's share of the root of the energy. 1e-8 by default.
+    /// Convergence: the last step's share of the root of the energy. 1e-8 by default.
     pub tolerance: f64,
     /// The most iterations. 100 by default.
     pub max_iterations: u32,
@@ -120,28 +126,19 @@ impl SurfaceSpline {
     /// The energy reported is ∫|P x″|² dt.
     ///
     /// # Errors
-    /// λ, parts or a tolerance that make no sense. Constraints other than pinned points and tangents. Planar curves where the
-    /// surface is no globe and no height field. Parameters asked for but absent. Tangents of smoothed curves with heights.
+    /// An invalid λ, number of parts or tolerance. Constraints other than pinned points and
+    /// tangents. Planar curves, unless the surface is a globe or a height field.
+    /// [`Parametrisation::Given`] without parameters. Tangents of smoothed curves with heights.
     ///
-    /// A curve is refused, with a status and a sentence, for tangents elsewhere than at the ends of an open curve, that are not
-    /// finite, or that stand across the surface.
+    /// A curve is refused, with a status and a sentence, if it has a tangent that is not at an end
+    /// of an open curve, not finite, or perpendicular to the surface.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
-        if let Some(bounded) = bounded(batch) {
-            return self.fit(&bounded, device);
-        }
-        if let Some(lifted) = lifted(batch, &*self.surface) {
-            return self.fit(&lifted, device);
-        }
+        let bounded = bounded(batch);
+        let batch = bounded.as_ref().unwrap_or(batch);
+        let lifted = lifted(batch, &*self.surface);
+        let batch = lifted.as_ref().unwrap_or(batch);
         self.check(batch)?;
-        let fit = match self.surface.globe() {
-            Some(globe) => self.fit_on_globe(globe, batch),
-            None => {
-                let moved = Moved::onto(batch, &*self.surface, self.off_surface);
-                let (curves, mut reports) = self.fit_in_space(&moved.batch, batch)?;
-                moved.say(&mut reports, &*self.surface);
-                Ok(Fit::new(curves, reports, Device::cpu().report(true)?))
-            }
-        };
+        let fit = fit_in_surface(self, &self.surface, self.off_surface, batch, device);
         device.finished(batch.len());
         fit
     }
@@ -149,7 +146,7 @@ impl SurfaceSpline {
     /// Fits every curve and samples it.
     ///
     /// # Errors
-    /// Those of [`fit`](Self::fit) and of [`Sampling::check`].
+    /// As [`fit`](Self::fit) and [`Sampling::check`].
     pub fn fit_sampled(&self, batch: &CurveBatch, sampling: Sampling, device: &Device) -> Result<(Fit, CurveBatch)> {
         check_samples(sampling, batch, Some(&*self.surface), 0)?;
         let fit = self.fit(batch, device)?;
@@ -174,8 +171,8 @@ impl SurfaceSpline {
         }
         ground::check(batch, &*self.surface, self.off_surface)?;
         batch.allows(&[Constraint::Pinned, Constraint::Tangents], "splines in a surface")?;
-        let has_heights = self.surface.globe().is_some() && batch.dimension() == 3;
-        if has_heights && self.smooths() && batch.constraints().tangents.is_some() {
+        let has_heights = self.surface.kind().globe().is_some() && batch.dimension() == 3;
+        if has_heights && self.lambda().is_some() && batch.constraints().tangents.is_some() {
             return refuse(
                 "smoothing splines of heights have natural ends, and meet no tangents: leave the tangents out, or the heights"
                     .into(),
@@ -184,69 +181,30 @@ impl SurfaceSpline {
         Ok(())
     }
 
-    /// Fits curves of longitudes and latitudes.
-    fn fit_on_globe(&self, globe: Globe, batch: &CurveBatch) -> Result<Fit> {
-        let spatial = with_velocities(in_space(globe, batch), globe, batch)?;
-        let within = SurfaceSpline { surface: Arc::new(globe.surface()), ..self.clone() };
-        let (curves, reports) = within.fit_in_space(&spatial, &spatial)?;
-        let heights = Heights::new(self.heights(batch, &curves)?);
-        let curves = GlobeCurves::new(globe, batch, Box::new(curves), heights, &reports);
-        Ok(Fit::new(curves, reports, Device::cpu().report(true)?))
-    }
-
-    /// Splines through the heights of a batch, over the parameters of its curves; `None` where points have none.
-    fn heights(&self, batch: &CurveBatch, curves: &SurfaceCurves) -> Result<Option<Fit>> {
-        if batch.dimension() == 2 {
-            return Ok(None);
-        }
-        let (mut t, mut closing) = (Vec::with_capacity(batch.total_points()), Vec::with_capacity(batch.len()));
-        for i in 0..batch.len() {
-            let (curve, count) = (curves.curve(i), batch.count(i));
-            let knots = curve.knots();
-            t.extend_from_slice(&knots[..count]);
-            closing.push(if knots.len() > count { knots[count] - knots[count - 1] } else { 0.0 });
-        }
-        let heights = Heights::batch(batch, t, closing)?;
-        let (parametrisation, pin_ends) = (Parametrisation::Given, self.pin_ends);
-        let fit = match self.smoothing.filter(|_| self.smooths()) {
-            Some(lambda) => {
-                Smoothing { amount: Amount::Lambda(lambda), pin_ends, parametrisation }.fit(&heights, &Device::cpu())
-            }
-            None => {
-                let rise = |tangent: &[f64]| [if tangent[0].is_nan() { f64::NAN } else { tangent[2] }, 0.0];
-                let tangents = batch.constraints().tangents.as_ref();
-                let tangents = tangents.map(|tangents| tangents.chunks_exact(3).flat_map(rise).collect());
-                let heights = heights.with_constraints(Constraints { tangents, ..Constraints::default() })?;
-                Natural { ends: self.ends, parametrisation, shape: false }.fit(&heights, &Device::cpu())
-            }
-        };
-        fit.map(Some)
-    }
-
-    /// Fits curves whose points are on the surface. What is not fitted comes out as its points in `given`.
-    fn fit_in_space(&self, batch: &CurveBatch, given: &CurveBatch) -> Result<(SurfaceCurves, Vec<CurveReport>)> {
-        let in_lengths = self.smooths() || batch.constraints().tangents.is_some();
-        let rule = match self.parametrisation {
-            Parametrisation::Auto if !in_lengths && !batch.has_parameters() => Parametrisation::Centripetal,
-            rule => rule,
-        };
-        let coincident = if self.smooths() { Coincident::Average } else { Coincident::Refuse };
-        let mut knots = Knots::new(batch, rule, coincident)?;
+    /// Fits curves whose points are on the surface. Unfitted curves come out as their points in
+    /// `given`.
+    fn fit_points(&self, batch: &CurveBatch, given: &CurveBatch) -> Result<(SurfaceCurves, Vec<CurveReport>)> {
+        let coincident = if self.lambda().is_some() { Coincident::Average } else { Coincident::Refuse };
+        let mut knots = Knots::new(batch, self.parametrisation, coincident)?;
         let velocities = self.velocities(batch, &mut knots);
-        let starts = self.starts(batch, &knots, &velocities)?;
+        let starts = self.starts(&knots, &velocities)?;
         let found = parallel::map(batch.len(), 1, |i| match knots.unfitted.get(&i) {
             Some(problem) => Err(problem.clone()),
             None => self.find(batch, &knots, i, &starts, velocities[i]),
         });
-        let report = |found: &Result<Found, Unfitted>| match found {
-            Ok(found) => found.report.clone(),
-            Err(problem) => CurveReport::unfitted(problem.status, problem.message.clone()),
-        };
-        let mut reports: Vec<CurveReport> = found.iter().map(report).collect();
+        let (mut reports, mut problems) = (Vec::with_capacity(batch.len()), BTreeMap::new());
+        for (i, found) in found.iter().enumerate() {
+            reports.push(match found {
+                Ok(found) => found.report.clone(),
+                Err(problem) => {
+                    problems.insert(i, problem.clone());
+                    CurveReport::unfitted(problem.status, problem.message.clone())
+                }
+            });
+        }
         let splines = self.laid(&knots, &found)?;
-        let problems = found.iter().enumerate().filter_map(|(i, found)| Some((i, found.as_ref().err()?.clone())));
-        let problems = sort::map(problems);
-        let curves = SurfaceCurves::new(given, &knots, splines, self.parts_a_span(), problems, self.surface.clone());
+        let parts = self.parts_per_span();
+        let curves = SurfaceCurves::new(given, knots, splines, parts, problems, self.surface.clone());
         let vertices = |i: usize| {
             let nodes = found[i].as_ref().ok()?.nodes.iter().map(|node| node.place).collect();
             Some((nodes, curves.rows(i).map(|row| row as u32).collect()))
@@ -255,13 +213,54 @@ impl SurfaceSpline {
         Ok((curves, reports))
     }
 
-    /// Whether points need not be met.
-    fn smooths(&self) -> bool {
-        self.smoothing.is_some_and(|lambda| lambda > 0.0)
+    /// λ of smoothing splines. `None` for splines through the points.
+    fn lambda(&self) -> Option<f64> {
+        self.smoothing.filter(|lambda| *lambda > 0.0)
     }
 
-    fn parts_a_span(&self) -> usize {
+    fn parts_per_span(&self) -> usize {
         // A closed curve of two points has four nodes at least.
         self.parts.max(2)
+    }
+}
+
+impl SurfaceMethod for SurfaceSpline {
+    type Curves = SurfaceCurves;
+
+    fn fit_in_space(
+        &self,
+        surface: &Arc<dyn Surface>,
+        batch: &CurveBatch,
+        given: &CurveBatch,
+        _: &Device,
+    ) -> Result<(SurfaceCurves, Vec<CurveReport>, DeviceReport)> {
+        let within = SurfaceSpline { surface: surface.clone(), ..self.clone() };
+        let (curves, reports) = within.fit_points(batch, given)?;
+        Ok((curves, reports, Device::cpu().report(true)?))
+    }
+
+    fn tangent_in_space(globe: Globe, point: [f64; 2], rates: [f64; 2]) -> DVec3 {
+        globe.velocity(point, rates)
+    }
+
+    fn fit_heights(&self, batch: &CurveBatch, curves: &SurfaceCurves) -> Result<Fit> {
+        let (mut t, mut closing) = (Vec::with_capacity(batch.total_points()), Vec::with_capacity(batch.len()));
+        for i in 0..batch.len() {
+            let (curve, count) = (curves.curve(i), batch.count(i));
+            let knots = curve.knots();
+            t.extend_from_slice(&knots[..count]);
+            closing.push(if knots.len() > count { knots[count] - knots[count - 1] } else { 0.0 });
+        }
+        let heights = ground::heights(batch, t, closing)?;
+        let (parametrisation, pin_ends) = (Parametrisation::Given, self.pin_ends);
+        if let Some(lambda) = self.lambda() {
+            let smoothing = Smoothing { target: SmoothingTarget::Lambda(lambda), pin_ends, parametrisation };
+            return smoothing.fit(&heights, &Device::cpu());
+        }
+        let rise = |tangent: &[f64]| [if tangent[0].is_nan() { f64::NAN } else { tangent[2] }, 0.0];
+        let tangents = batch.constraints().tangents.as_ref();
+        let tangents = tangents.map(|tangents| tangents.chunks_exact(3).flat_map(rise).collect());
+        let heights = heights.with_constraints(Constraints { tangents, ..Constraints::default() })?;
+        Natural { ends: self.ends, parametrisation, shape: false }.fit(&heights, &Device::cpu())
     }
 }

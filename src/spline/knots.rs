@@ -1,12 +1,13 @@
-//! [`Knots`]: the distinct knots of every curve of a batch, ready to be fitted on the CPU or on a GPU.
+//! [`Knots`]: the distinct knots of every curve of a batch.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::Arc;
 
 use crate::batch::{CurveBatch, Unfitted, distance};
 use crate::error::{Error, Result};
-use crate::linalg::{take, tasks};
+use crate::linalg::tasks;
 use crate::parallel;
 use crate::ragged;
 use crate::report::CurveReport;
@@ -31,10 +32,10 @@ pub enum Parametrisation {
     /// Steps of t equal to the distances between points: close to arc length, so p″ is close to
     /// curvature.
     ChordLength,
-    /// Steps of t proportional to the square roots of the distances, and in total as long as their polygon, so that
-    /// t is a length still. Splines stay nearer to the polygon where
-    /// distances are uneven, and cross themselves least: `benches/RESULTS.md` has the table. Source: E. T. Y.
-    /// Lee, *Choosing nodes in parametric curve interpolation*, 1989.
+    /// Steps of t proportional to the square roots of the distances, scaled to the length of the
+    /// polygon. Splines stay nearer to the polygon where distances are uneven, and cross themselves
+    /// least: `benches/RESULTS.md` has the table. Source: E. T. Y. Lee, *Choosing nodes in
+    /// parametric curve interpolation*, 1989.
     Centripetal,
     /// The batch's parameters; an error where it has none. The closing span of a closed curve is as
     /// long as the batch says; where it says nothing, the closing chord times the mean parameter
@@ -50,7 +51,7 @@ words!(Parametrisation, "parametrisation": [
     (Given, "given", "The column t"),
 ]);
 
-/// What becomes of different points at one parameter.
+/// The treatment of different points at one parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Coincident {
     /// The curve is degenerate: no curve interpolates them.
@@ -113,12 +114,10 @@ impl Knots {
                  add a column t, or choose chord length",
             ));
         }
-        // A curve without parameters beside others that have them is fitted as it is alone.
+        // Lengths of tangents, and λ, are in units of a parameter that is a length.
         let constraints = batch.constraints();
-        let in_lengths = coincident == Coincident::Average
-            || constraints.tangents.is_some()
-            || constraints.curvatures.is_some()
-            || !has_parameters;
+        let in_lengths =
+            coincident == Coincident::Average || constraints.tangents.is_some() || constraints.curvatures.is_some();
         let rule = |i: usize| match parametrisation {
             Parametrisation::Auto if batch.parameters(i).is_some() => Parametrisation::Given,
             Parametrisation::Auto if in_lengths => Parametrisation::ChordLength,
@@ -126,66 +125,44 @@ impl Knots {
             other => other,
         };
         if coincident == Coincident::Refuse
-            && let Some(knots) = Self::one_a_point(batch, &rule)
+            && let Some(knots) = Self::shared(batch, &rule)
         {
             return Ok(knots);
         }
-        let d = batch.dimension();
-        let closed: Vec<bool> = (0..batch.len()).map(|i| batch.is_closed(i)).collect();
-        // Room for every data point; curves that need less are moved together afterwards, which is
-        // rare.
-        let room = |i: usize| if batch.count(i) > 0 { batch.count(i) + usize::from(closed[i]) } else { 0 };
-        let offsets = ragged::offsets((0..batch.len()).map(room));
-        let total = offsets[batch.len()];
-        let average = coincident == Coincident::Average;
-        let mut t = vec![0.0; total];
-        let mut values = vec![0.0; total * d];
-        let mut weights = vec![0.0; if average { total } else { 0 }];
-        let (mut t_rest, mut values_rest, mut weights_rest) = (&mut t[..], &mut values[..], &mut weights[..]);
-        let mut work = Vec::new();
-        for curves in tasks(&offsets) {
-            let room = offsets[curves.end] - offsets[curves.start];
-            work.push((
-                curves,
-                take(&mut t_rest, room),
-                take(&mut values_rest, room * d),
-                take(&mut weights_rest, if average { room } else { 0 }),
-            ));
-        }
-        let exceptions = parallel::of(work, |(curves, mut t, mut values, mut weights)| {
-            let mut exceptions = Vec::<Exception>::new();
+        let averages = coincident == Coincident::Average;
+        let runs = parallel::of(tasks(batch.offsets()), |curves| {
+            let mut run = Run::new(batch, averages);
             for i in curves {
-                let room = offsets[i + 1] - offsets[i];
-                let slots = Slots {
-                    t: take(&mut t, room),
-                    values: take(&mut values, room * d),
-                    weights: average.then(|| take(&mut weights, room)),
-                };
-                match slots.fill(batch, i, rule(i)) {
-                    Ok(None) => {}
-                    Ok(Some(merged)) => exceptions.push((i, Ok(merged))),
-                    Err(problem) => exceptions.push((i, Err(problem))),
-                }
+                run.add(i, rule(i));
             }
-            exceptions
+            run
         });
         let mut knots = Knots {
-            dimension: d,
-            offsets,
-            t: Arc::new(t),
-            values: Arc::new(values),
-            weights: average.then_some(weights),
-            closed,
+            dimension: batch.dimension(),
+            offsets: ragged::offsets(runs.iter().flat_map(|run| run.counts.iter().copied())),
+            t: Arc::default(),
+            values: Arc::default(),
+            weights: averages.then(Vec::new),
+            closed: (0..batch.len()).map(|i| batch.is_closed(i)).collect(),
             repeats: BTreeMap::new(),
             unfitted: BTreeMap::new(),
         };
-        knots.compact(exceptions.into_iter().flatten().collect());
+        let total = knots.offsets[batch.len()];
+        let (mut t, mut values) = (Vec::with_capacity(total), Vec::with_capacity(total * knots.dimension));
+        for run in runs {
+            t.extend(run.t);
+            values.extend(run.values);
+            knots.weights.iter_mut().for_each(|weights| weights.extend_from_slice(&run.weights));
+            knots.repeats.extend(run.repeats);
+            knots.unfitted.extend(run.unfitted);
+        }
+        (knots.t, knots.values) = (Arc::new(t), Arc::new(values));
         Ok(knots)
     }
 
-    /// The knots of open curves that have one a point, which most have: arrays of the batch are
-    /// shared then, not copied.
-    fn one_a_point(batch: &CurveBatch, rule: &(dyn Fn(usize) -> Parametrisation + Sync)) -> Option<Self> {
+    /// The knots of a batch of open curves whose parameters all increase, as most do: it shares the
+    /// arrays of the batch. `None` for other batches.
+    fn shared(batch: &CurveBatch, rule: &(dyn Fn(usize) -> Parametrisation + Sync)) -> Option<Self> {
         let is_open = |i: usize| !batch.is_closed(i) && batch.count(i) > 1 && batch.problem(i).is_none();
         if !(0..batch.len()).all(is_open) {
             return None;
@@ -197,7 +174,7 @@ impl Knots {
             _ => {
                 let mut t = vec![0.0; batch.total_points()];
                 parallel::parts(&mut t, offsets, |i, t| {
-                    // What is wrong with a curve does not increase, and is said where curves are copied.
+                    // The parameters of invalid curves do not increase, and `Run` reports them.
                     let _ = parameters(t, batch, i, rule(i));
                 });
                 Arc::new(t)
@@ -216,42 +193,6 @@ impl Knots {
         })
     }
 
-    /// Moves the curves together where some use less than their room.
-    fn compact(&mut self, exceptions: Vec<Exception>) {
-        let Some(first) = exceptions.first().map(|(i, _)| *i) else { return };
-        let mut exceptions = exceptions.into_iter().peekable();
-        let (d, mut end) = (self.dimension, self.offsets[first]);
-        let (t, values) = (Arc::make_mut(&mut self.t), Arc::make_mut(&mut self.values));
-        let mut from = end;
-        for i in first..self.closed.len() {
-            let next = self.offsets[i + 1];
-            let count = match exceptions.next_if(|(curve, _)| *curve == i) {
-                Some((_, Ok((count, entries)))) => {
-                    self.repeats.insert(i, entries);
-                    count
-                }
-                Some((_, Err(problem))) => {
-                    self.unfitted.insert(i, problem);
-                    0
-                }
-                None => next - from,
-            };
-            t.copy_within(from..from + count, end);
-            values.copy_within(from * d..(from + count) * d, end * d);
-            if let Some(weights) = &mut self.weights {
-                weights.copy_within(from..from + count, end);
-            }
-            end += count;
-            self.offsets[i + 1] = end;
-            from = next;
-        }
-        t.truncate(end);
-        values.truncate(end * d);
-        if let Some(weights) = &mut self.weights {
-            weights.truncate(end);
-        }
-    }
-
     /// Number of curves.
     pub fn len(&self) -> usize {
         self.closed.len()
@@ -260,6 +201,21 @@ impl Knots {
     /// The entries of curve `i`.
     pub fn range(&self, i: usize) -> Range<usize> {
         self.offsets[i]..self.offsets[i + 1]
+    }
+
+    /// The entry, counted within curve `i`, of data point `k`. Point `n` of a closed curve is its
+    /// first one again.
+    pub fn entry(&self, i: usize, k: usize) -> usize {
+        self.repeats.get(&i).map_or(k, |entries| entries[k] as usize)
+    }
+
+    /// The parameters of the data points of curve `i`, and of a closed curve's first point again.
+    pub fn parameters(&self, i: usize) -> Cow<'_, [f64]> {
+        let t = self.t(i);
+        match self.repeats.get(&i) {
+            Some(entries) => entries.iter().map(|&entry| t[entry as usize]).collect(),
+            None => Cow::Borrowed(t),
+        }
     }
 
     /// The parameters of curve `i`'s entries.
@@ -334,130 +290,146 @@ fn increase(t: &[f64]) -> bool {
     t.windows(2).fold(true, |so_far, pair| so_far & (pair[0] < pair[1])) && (t[t.len() - 1] - t[0]).is_finite()
 }
 
-/// How many entries a curve with merged points is left with, and the entry of every data point.
-type Merged = (usize, Vec<u32>);
-
-/// A curve that does not use all its room.
-type Exception = (usize, Result<Merged, Unfitted>);
-
-/// The room of one curve in the flat arrays.
-struct Slots<'a> {
-    t: &'a mut [f64],
-    values: &'a mut [f64],
-    weights: Option<&'a mut [f64]>,
+/// The knots of curves that follow each other.
+struct Run<'a> {
+    batch: &'a CurveBatch,
+    /// Whether points at one parameter are averaged.
+    averages: bool,
+    /// The number of entries of every curve.
+    counts: Vec<usize>,
+    t: Vec<f64>,
+    values: Vec<f64>,
+    /// Empty unless points are averaged.
+    weights: Vec<f64>,
+    repeats: Vec<(usize, Vec<u32>)>,
+    unfitted: Vec<(usize, Unfitted)>,
 }
 
-impl Slots<'_> {
-    /// Writes the knots of curve `i`; where data points were merged, says how many entries are left
-    /// and which entry every data point belongs to.
-    fn fill(mut self, batch: &CurveBatch, i: usize, rule: Parametrisation) -> Result<Option<Merged>, Unfitted> {
+impl<'a> Run<'a> {
+    fn new(batch: &'a CurveBatch, averages: bool) -> Self {
+        let (counts, repeats, unfitted) = (Vec::new(), Vec::new(), Vec::new());
+        Run { batch, averages, counts, t: Vec::new(), values: Vec::new(), weights: Vec::new(), repeats, unfitted }
+    }
+
+    /// Appends the knots of curve `i`, or the reason that it has none.
+    fn add(&mut self, i: usize, rule: Parametrisation) {
+        let first = self.t.len();
+        if let Err(problem) = self.append(i, rule) {
+            self.t.truncate(first);
+            self.values.truncate(first * self.batch.dimension());
+            self.weights.truncate(first);
+            self.unfitted.push((i, problem));
+        }
+        self.counts.push(self.t.len() - first);
+    }
+
+    fn append(&mut self, i: usize, rule: Parametrisation) -> Result<(), Unfitted> {
+        let batch = self.batch;
         if let Some(problem) = batch.problem(i) {
             return Err(problem.clone());
         }
-        let points = batch.points(i);
-        let degenerate =
-            |k: usize, what: &str| Unfitted { status: CurveStatus::Degenerate, message: batch.sentence(i, k, what) };
-        if points.is_empty() {
-            return Err(degenerate(0, "the curve has no point; it needs two distinct ones: add them, or remove it"));
+        let (points, n, d) = (batch.points(i), batch.count(i), batch.dimension());
+        if n == 0 {
+            return self.degenerate(i, 0, "the curve has no point; it needs two distinct ones: add them, or remove it");
         }
-        parameters(self.t, batch, i, rule)?;
-        let (n, entries, d) = (batch.count(i), self.t.len(), batch.dimension());
-        let merged = if increase(self.t) {
-            self.values[..points.len()].copy_from_slice(points);
-            self.values.copy_within(0..(entries - n) * d, points.len());
-            if let Some(weights) = &mut self.weights {
-                match batch.weights(i) {
-                    Some(given) => weights[..n].copy_from_slice(given),
-                    None => weights[..n].fill(1.0),
-                }
-                weights.copy_within(0..entries - n, n);
+        let (first, again) = (self.t.len(), usize::from(batch.is_closed(i)));
+        self.t.resize(first + n + again, 0.0);
+        parameters(&mut self.t[first..], batch, i, rule)?;
+        let mut merged = None;
+        if increase(&self.t[first..]) {
+            self.values.extend_from_slice(points);
+            self.values.extend_from_slice(&points[..again * d]);
+            if self.averages {
+                let weights = batch.weights(i);
+                self.weights.extend((0..n + again).map(|k| weights.map_or(1.0, |weights| weights[k % n])));
             }
-            None
         } else {
-            Some(self.merge(batch, i)?)
-        };
-        let count = merged.as_ref().map_or(entries, |(count, _)| *count);
-        if count - (entries - n) < 2 {
+            merged = Some(self.merge(i, first)?);
+        }
+        if self.t.len() - first - again < 2 {
             let what = if n == 1 {
                 "the curve has this point only; it needs two distinct ones: add one, or remove the curve"
             } else {
                 "all points of the curve are one and the same; it needs two distinct ones: remove the curve"
             };
-            return Err(degenerate(0, what));
+            return self.degenerate(i, 0, what);
         }
-        Ok(merged)
+        self.repeats.extend(merged.map(|entries| (i, entries)));
+        Ok(())
     }
 
-    /// Makes one knot of the data points at each parameter.
-    fn merge(&mut self, batch: &CurveBatch, i: usize) -> Result<Merged, Unfitted> {
-        let (n, d, points) = (batch.count(i), batch.dimension(), batch.points(i));
-        let weight = |k: usize| batch.weights(i).map_or(1.0, |weights| weights[k]);
-        let mut at = Vec::with_capacity(self.t.len());
-        let mut last = 0;
-        self.values[..d].copy_from_slice(&points[..d]);
-        if let Some(weights) = &mut self.weights {
-            weights[0] = weight(0);
-        }
-        at.push(0);
-        for k in 1..self.t.len() {
-            let new = self.t[k] > self.t[last];
-            last += usize::from(new);
-            self.t[last] = self.t[k];
-            at.push(last as u32);
-            if k == n {
-                // The first point again.
-                if !new {
-                    let point: Vec<f64> = self.values[last * d..(last + 1) * d].to_vec();
-                    let weight = self.weights.as_ref().map_or(1.0, |weights| weights[last]);
-                    if last > 0 {
-                        self.absorb(batch, (i, n - 1), 0, &point, weight)?;
-                    }
+    /// The weight of data point `k`.
+    fn weight(&self, i: usize, k: usize) -> f64 {
+        self.batch.weights(i).map_or(1.0, |weights| weights[k])
+    }
+
+    fn degenerate(&self, i: usize, k: usize, what: &str) -> Result<(), Unfitted> {
+        Err(Unfitted { status: CurveStatus::Degenerate, message: self.batch.sentence(i, k, what) })
+    }
+
+    /// Makes one knot of the data points at each parameter, and returns the entry of every data
+    /// point. The entries of the curve begin at `first`.
+    fn merge(&mut self, i: usize, first: usize) -> Result<Vec<u32>, Unfitted> {
+        let (n, d, points) = (self.batch.count(i), self.batch.dimension(), self.batch.points(i));
+        let mut entries = Vec::with_capacity(self.t.len() - first);
+        let mut last = first;
+        for k in 0..self.t.len() - first {
+            let is_new = k == 0 || self.t[first + k] > self.t[last];
+            last += usize::from(is_new && k > 0);
+            self.t[last] = self.t[first + k];
+            entries.push((last - first) as u32);
+            if is_new {
+                // A closed curve's first knot is its last entry again.
+                let (point, weight) = match k {
+                    k if k < n => (points[k * d..(k + 1) * d].to_vec(), self.weight(i, k)),
+                    _ => (self.knot(first).to_vec(), self.knot_weight(first)),
+                };
+                self.values.extend(point);
+                self.weights.extend(self.averages.then_some(weight));
+            } else if k < n {
+                self.absorb(i, k, last, &points[k * d..(k + 1) * d], self.weight(i, k))?;
+            } else if last > first {
+                // The last points are at the parameter of the first one.
+                self.absorb(i, n - 1, first, &self.knot(last).to_vec(), self.knot_weight(last))?;
+                self.values.copy_within(first * d..(first + 1) * d, last * d);
+                if self.averages {
+                    self.weights[last] = self.weights[first];
                 }
-                self.values.copy_within(..d, last * d);
-                if let Some(weights) = &mut self.weights {
-                    weights[last] = weights[0];
-                }
-            } else if new {
-                self.values[last * d..(last + 1) * d].copy_from_slice(&points[k * d..(k + 1) * d]);
-                if let Some(weights) = &mut self.weights {
-                    weights[last] = weight(k);
-                }
-            } else {
-                self.absorb(batch, (i, k), last, &points[k * d..(k + 1) * d], weight(k))?;
             }
         }
-        Ok((last + 1, at))
+        self.t.truncate(last + 1);
+        Ok(entries)
+    }
+
+    /// The point at a knot.
+    fn knot(&self, knot: usize) -> &[f64] {
+        let d = self.batch.dimension();
+        &self.values[knot * d..(knot + 1) * d]
+    }
+
+    fn knot_weight(&self, knot: usize) -> f64 {
+        if self.averages { self.weights[knot] } else { 1.0 }
     }
 
     /// Takes data point `k` of curve `i`, or the mean of several up to it, into a knot at the same
     /// parameter.
-    fn absorb(
-        &mut self,
-        batch: &CurveBatch,
-        (i, k): (usize, usize),
-        knot: usize,
-        point: &[f64],
-        weight: f64,
-    ) -> Result<(), Unfitted> {
-        let d = point.len();
-        let value = &mut self.values[knot * d..(knot + 1) * d];
-        match &mut self.weights {
-            Some(weights) => {
-                weights[knot] += weight;
-                let share = weight / weights[knot];
+    fn absorb(&mut self, i: usize, k: usize, knot: usize, point: &[f64], weight: f64) -> Result<(), Unfitted> {
+        if self.averages {
+            self.weights[knot] += weight;
+            let share = weight / self.weights[knot];
+            for (c, x) in point.iter().enumerate() {
                 // This form leaves the bits alone where the points are equal.
-                value.iter_mut().zip(point).for_each(|(value, x)| *value += share * (x - *value));
-                Ok(())
+                let value = &mut self.values[knot * point.len() + c];
+                *value += share * (x - *value);
             }
-            None if value == point => Ok(()),
-            None => {
-                let what = format!(
-                    "a different point stands at the same parameter {}: remove one of them, or use `spline::Smoothing`, which averages them",
-                    self.t[knot]
-                );
-                Err(Unfitted { status: CurveStatus::Degenerate, message: batch.sentence(i, k, &what) })
-            }
+        } else if self.knot(knot) != point {
+            let what = format!(
+                "a different point stands at the same parameter {}: remove one of them, or use `spline::Smoothing`, which averages them",
+                self.t[knot]
+            );
+            return self.degenerate(i, k, &what);
         }
+        Ok(())
     }
 }
 

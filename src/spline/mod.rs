@@ -8,9 +8,21 @@
 //!
 //! The first two return [`CubicSplines`], knots with points and second derivatives, behind a
 //! [`Fit`](crate::Fit). Each runs on the CPU in f64, or on a GPU in f32 or f64 with every curve
-//! normalised, in f64, to its own centre and size. What a GPU leaves to the host: numbers beyond
-//! the range of its floats, the places of equal arc lengths, and smoothing of curves that are long
-//! (more than 1,024 knots) or that its precision cannot resolve.
+//! normalised, in f64, to its own centre and size. The host computes numbers beyond the range of
+//! the GPU's floats, samples' parameters at equal arc lengths, and smoothing of curves that are
+//! long (more than 1,024 knots) or beyond the GPU's precision.
+//!
+//! | file | idea |
+//! |---|---|
+//! | `knots` | parameters and distinct knots of a batch |
+//! | `natural` | the tridiagonal systems |
+//! | `shape` | refits of splines that turn to other sides than their polygon |
+//! | `smoothing`, `smoother` | options and batches; one curve, normalised and back |
+//! | `reinsch` | the normalised system of one λ, the twin of the kernel |
+//! | `tube`, `tube_rows` | the least curve within a distance: interior-point method, and its linear algebra |
+//! | `cubic`, `sample`, `polylines` | the result, its polynomials, its samples |
+//! | `in_surface` | splines in a surface |
+//! | `piecewise` | polynomials of any number of columns and any conditions at the ends |
 
 mod costs;
 mod cubic;
@@ -36,13 +48,13 @@ pub mod uniform;
 mod uniform_gpu;
 
 pub use cubic::CubicSplines;
-pub use ends::Ends;
+pub use ends::{EndCondition, Ends};
 pub(crate) use gpu::GROUP;
 pub use in_surface::SurfaceSpline;
 pub use knots::Parametrisation;
 pub use natural::Natural;
-pub use piecewise::{Boundary, Condition, Extrapolate, Knotted, Piecewise};
-pub use smoothing::{Amount, LAMBDA_CAP, LEAST_SHARE, LEAST_SHARE_OF_LAMBDA, Smoothing};
+pub use piecewise::{Extrapolate, Knotted, Piecewise};
+pub use smoothing::{LAMBDA_CAP, LEAST_SHARE, LEAST_SHARE_OF_LAMBDA, Smoothing, SmoothingTarget};
 pub(crate) use smoothing_gpu::kernel as smoothing_kernel;
 
 /// Shader files of this room that give the ring kernels their rows.

@@ -10,8 +10,10 @@
 //! ```
 //!
 //! one matrix for all coordinates, dominant by a factor of two for any knots. A natural end has M =
-//! 0, a clamped start 2 M_0 + M_1 = 6 (δ_0 − v) / h_0 for the derivative v asked for; a closed
-//! curve's rows go around.
+//! 0, a clamped start 2 M_0 + M_1 = 6 (δ_0 − v) / h_0 for the given derivative v; the rows of a
+//! closed curve are cyclic.
+
+use std::ops::Range;
 
 use super::cubic::CubicSplines;
 use super::ends::{Ends, Tangents, end_tangents};
@@ -27,6 +29,7 @@ use crate::gpu::Gpu;
 use crate::linalg::{Cyclic, Matrix, Part, Real, Scratch, TridiagonalBatch, take, tasks};
 use crate::parallel;
 use crate::precision::Precision;
+use crate::ragged;
 use crate::report::{CurveReport, CurveSet, Fit};
 use crate::status::CurveStatus;
 
@@ -45,48 +48,37 @@ use crate::status::CurveStatus;
 pub struct Natural {
     /// Conditions at the ends; by default clamped where a tangent is given, else natural.
     pub ends: Ends,
-    /// Parameters of the points; by default those of the batch, else centripetal ones, and with tangents or
-    /// curvatures given chord length.
+    /// Parameters of the points.
     pub parametrisation: Parametrisation,
-    /// Whether planar curves turn only to the sides to which the polygon of their points does; no by default.
+    /// Whether planar curves turn only to the sides of their polygons; no by default.
     ///
-    /// At a point that is the side of the turn there. Between two points that turn to one side it is that side, and between
-    /// an end and its neighbour that of the neighbour. A span between turns to different sides has one inflection. Points
-    /// in a line, of a turn below 1e-9, are joined by straight spans. Where two lines of points meet at an angle the curve has a
-    /// corner, and its message says so.
+    /// At a point that is the side of the polygon's turn. A span between two turns to one side
+    /// turns to that side, and a span at an end to the side of its inner point. A span between
+    /// turns to different sides has one inflection. Collinear points, with turns below 1e-9, are
+    /// joined by straight spans. If two lines of points meet at an angle, the curve has a corner
+    /// there, and its message says so.
     ///
-    /// A spline that does so stays as it is. Of the others the result is the C¹ cubic spline on the same knots of least ∫|p″|²
-    /// dt that keeps the shape, a local minimum. p″ is continuous at every knot but those that a side holds, which
-    /// [`LimitReport::active`](crate::LimitReport::active) counts. The curvature jumps there.
-    /// The CPU finds these curves, on any device. Where given tangents leave no such curve, the spline comes out as it is,
-    /// [`Infeasible`](crate::CurveStatus::Infeasible).
+    /// Splines with this property stay as they are. The others become the C¹ cubic spline on the
+    /// same knots of least ∫|p″|² dt that keeps the shape, a local minimum. p″ is continuous except
+    /// at knots with an active constraint, which
+    /// [`LimitReport::active`](crate::LimitReport::active) counts. The curvature jumps there. The
+    /// CPU finds these curves, on any device. If the given tangents leave no such curve, the spline
+    /// stays as it is, [`Infeasible`](crate::CurveStatus::Infeasible).
     ///
-    /// Source of the conditions: T. N. T. Goodman and K. Unsworth, *Shape preserving interpolation by curvature continuous
-    /// parametric curves*, Computer Aided Geometric Design 5 (1988), for sides; the sign of p′ × p″ of a cubic for spans.
+    /// Source of the conditions: T. N. T. Goodman and K. Unsworth, *Shape preserving interpolation
+    /// by curvature continuous parametric curves*, Computer Aided Geometric Design 5 (1988), for
+    /// sides; the sign of p′ × p″ of a cubic for spans.
     pub shape: bool,
 }
 
-/// What solving the systems of a batch yields.
-struct Solved {
+/// The solutions of the systems of a batch.
+struct Solutions {
     /// Second derivatives at all knots.
     second: Vec<f64>,
     /// Samples, where they were taken in the same submission.
     samples: Option<Vec<f64>>,
     /// Curves whose solution is not finite.
     failed: Vec<usize>,
-}
-
-/// What a thread keeps between tasks.
-#[derive(Default)]
-struct Assembly {
-    lower: Vec<f64>,
-    diagonal: Vec<f64>,
-    upper: Vec<f64>,
-    rhs: Vec<f64>,
-    offsets: Vec<usize>,
-    x: Vec<f64>,
-    status: Vec<CurveStatus>,
-    scratch: Scratch<f64>,
 }
 
 impl Natural {
@@ -104,16 +96,15 @@ impl Natural {
         Ok(Fit::new(splines, reports, device.report(true)?))
     }
 
-    /// Fits every curve and samples it; on a GPU in one submission, without a way back and forth
-    /// between the two.
+    /// Fits every curve and samples it, on a GPU in one submission.
     ///
     /// # Errors
-    /// As [`fit`](Self::fit); those of [`Sampling::check`].
+    /// As [`fit`](Self::fit) and [`Sampling::check`].
     pub fn fit_sampled(&self, batch: &CurveBatch, sampling: Sampling, device: &Device) -> Result<(Fit, CurveBatch)> {
         sampling.check(batch)?;
         let (splines, reports, samples) = self.fit_both(batch, Some(sampling), device)?;
         let polylines = match (samples, device.as_gpu()) {
-            (Some(samples), _) => splines.polylines_of(sampling, &samples),
+            (Some(samples), _) => splines.polylines_with(sampling, Some(&samples)),
             (None, Some(gpu)) => splines.sample_on_gpu(gpu, device.kernel_precision(gpu, true)?, sampling)?,
             (None, None) => splines.polylines(sampling),
         };
@@ -139,7 +130,7 @@ impl Natural {
         let constraints = batch.constraints();
         batch.allows(&[Constraint::Tangents, Constraint::Curvatures, Constraint::Pinned], "natural splines")?;
         self.check_shape(batch)?;
-        let mut knots = Knots::new(batch, self.rule(batch), Coincident::Refuse)?;
+        let mut knots = Knots::new(batch, self.parametrisation, Coincident::Refuse)?;
         if constraints.tangents.is_some() || constraints.curvatures.is_some() || self.ends == Ends::Clamped {
             for i in 0..batch.len() {
                 if !knots.unfitted.contains_key(&i)
@@ -149,11 +140,11 @@ impl Natural {
                 }
             }
         }
-        let Solved { second, samples, failed } = match device.as_gpu() {
+        let Solutions { second, samples, failed } = match device.as_gpu() {
             None => {
                 let mut second = vec![0.0; knots.values.len()];
                 let failed = self.solve(batch, &knots, &mut second);
-                Solved { second, samples: None, failed }
+                Solutions { second, samples: None, failed }
             }
             Some(gpu) => {
                 let precision = device.kernel_precision(gpu, true)?;
@@ -179,16 +170,6 @@ impl Natural {
         Ok((splines, reports, samples))
     }
 
-    /// The parametrisation that [`Parametrisation::Auto`] stands for.
-    fn rule(&self, batch: &CurveBatch) -> Parametrisation {
-        let constraints = batch.constraints();
-        let in_lengths = constraints.tangents.is_some() || constraints.curvatures.is_some();
-        match self.parametrisation {
-            Parametrisation::Auto if !in_lengths && !batch.has_parameters() => Parametrisation::Centripetal,
-            other => other,
-        }
-    }
-
     /// The systems solved by the GPU, and sampled where that can be done at once.
     fn solve_on_gpu(
         &self,
@@ -197,7 +178,7 @@ impl Natural {
         batch: &CurveBatch,
         knots: &mut Knots,
         sampling: Option<Sampling>,
-    ) -> Result<Solved> {
+    ) -> Result<Solutions> {
         let ends = ClampedEnds { options: self, batch, knots };
         let sites = match sampling {
             Some(Sampling::Count(n)) => Some(Sites::evenly(knots, n)),
@@ -213,10 +194,12 @@ impl Natural {
         let mut second = fitted.second;
         let samples = (!matches!(wanted, Samples::None)).then_some(fitted.samples);
         if let Some(lost) = fitted.lost {
-            (lost.finished..batch.len()).for_each(|i| knots.leave_unfitted(batch, i, &lost.why));
+            for i in lost.finished..batch.len() {
+                knots.leave_unfitted(batch, i, &lost.why);
+            }
         }
         if fitted.overflowed.is_empty() {
-            return Ok(Solved { second, samples, failed: Vec::new() });
+            return Ok(Solutions { second, samples, failed: Vec::new() });
         }
         // Rare: numbers beyond the range of f32. The CPU fits these curves, and takes the samples
         // that are NaN here.
@@ -226,7 +209,7 @@ impl Natural {
             let range = knots.offsets[i] * knots.dimension..knots.offsets[i + 1] * knots.dimension;
             second[range.clone()].copy_from_slice(&on_cpu[range]);
         }
-        Ok(Solved { second, samples, failed })
+        Ok(Solutions { second, samples, failed })
     }
 
     /// The tangents at the ends of curve `i`, or why it is refused.
@@ -251,22 +234,15 @@ impl Natural {
 
     /// Second derivatives of all curves; returns those whose solution is not finite.
     fn solve(&self, batch: &CurveBatch, knots: &Knots, second: &mut [f64]) -> Vec<usize> {
-        let mut rest = second;
-        let work: Vec<_> = tasks(&knots.offsets)
-            .into_iter()
-            .map(|curves| {
-                let entries = knots.offsets[curves.end] - knots.offsets[curves.start];
-                (curves, take(&mut rest, entries * knots.dimension))
-            })
-            .collect();
+        let (mut rest, mut work) = (second, Vec::new());
+        for curves in tasks(&knots.offsets) {
+            let entries = knots.offsets[curves.end] - knots.offsets[curves.start];
+            work.push((curves, take(&mut rest, entries * knots.dimension)));
+        }
         let ends = |i: usize| self.tangents_of(batch, knots, i);
-        let failed = parallel::of(work, |(curves, second)| {
-            let (mut assembly, mut failed) = (Assembly::default(), Vec::new());
-            match knots.dimension {
-                2 => assembly.solve::<2>(knots, curves, &ends, second, &mut failed),
-                _ => assembly.solve::<3>(knots, curves, &ends, second, &mut failed),
-            }
-            failed
+        let failed = parallel::of(work, |(curves, second)| match knots.dimension {
+            2 => solve_run::<2>(knots, curves, &ends, second),
+            _ => solve_run::<3>(knots, curves, &ends, second),
         });
         failed.concat()
     }
@@ -286,60 +262,49 @@ impl EndDerivatives for ClampedEnds<'_> {
     }
 }
 
-impl Assembly {
-    /// Assembles and solves the systems of a run of curves.
-    fn solve<'a, const D: usize>(
-        &mut self,
-        knots: &Knots,
-        curves: std::ops::Range<usize>,
-        ends: &impl Fn(usize) -> Tangents<'a>,
-        second: &mut [f64],
-        failed: &mut Vec<usize>,
-    ) {
-        let first = knots.offsets[curves.start];
-        self.offsets.clear();
-        self.offsets.push(0);
-        let mut rows = 0;
-        for i in curves.clone() {
-            // The repeated entry of a closed curve is no unknown.
-            let entries = knots.range(i).len();
-            rows += entries - usize::from(knots.closed[i] && entries > 0);
-            self.offsets.push(rows);
+/// Solves the systems of curves that follow each other, and returns those without a finite
+/// solution.
+fn solve_run<'a, const D: usize>(
+    knots: &Knots,
+    curves: Range<usize>,
+    ends: &impl Fn(usize) -> Tangents<'a>,
+    second: &mut [f64],
+) -> Vec<usize> {
+    let entries = |i: usize| knots.range(i).len();
+    // The repeated entry of a closed curve is no unknown.
+    let unknowns = |i: usize| entries(i) - usize::from(knots.closed[i] && entries(i) > 0);
+    let offsets = ragged::offsets(curves.clone().map(unknowns));
+    let rows = offsets[curves.len()];
+    let (mut lower, mut diagonal, mut upper) = (vec![0.0; rows], vec![0.0; rows], vec![0.0; rows]);
+    let mut rhs = vec![0.0; rows * D];
+    for (k, i) in curves.clone().enumerate() {
+        let own = offsets[k]..offsets[k + 1];
+        if own.is_empty() {
+            continue;
         }
-        for column in [&mut self.lower, &mut self.diagonal, &mut self.upper] {
-            column.resize(rows, 0.0);
-        }
-        self.rhs.resize(rows * D, 0.0);
-        self.status.clear();
-        self.status.resize(curves.len(), CurveStatus::Converged);
-        for (place, i) in curves.clone().enumerate() {
-            let (from, to) = (self.offsets[place], self.offsets[place + 1]);
-            if from == to {
-                continue;
-            }
-            let (t, values) = (knots.t(i), knots.values(i).as_chunks::<D>().0);
-            let rhs = self.rhs[from * D..to * D].as_chunks_mut::<D>().0;
-            let bands = [&mut self.lower[from..to], &mut self.diagonal[from..to], &mut self.upper[from..to]];
-            assemble(t, values, knots.closed[i], ends(i), bands, rhs);
-        }
-        let matrix = Matrix::Bands { lower: &self.lower, diagonal: &self.diagonal, upper: &self.upper };
-        let cyclic = Cyclic::Each(&knots.closed[curves.clone()]);
-        let systems = TridiagonalBatch { matrix, offsets: &self.offsets, cyclic };
-        let part = Part { systems: &systems, range: 0..curves.len(), rhs: &self.rhs, columns: D };
-        if rows * D == second.len() {
-            f64::solve_part(&part, second, &mut self.status, &mut self.scratch);
-        } else {
-            self.x.resize(rows * D, 0.0);
-            f64::solve_part(&part, &mut self.x, &mut self.status, &mut self.scratch);
-            for (place, i) in curves.clone().enumerate() {
-                let x = &self.x[self.offsets[place] * D..self.offsets[place + 1] * D];
-                let out = &mut second[(knots.offsets[i] - first) * D..(knots.offsets[i + 1] - first) * D];
-                out[..x.len()].copy_from_slice(x);
-                out.copy_within(0..out.len() - x.len(), x.len());
-            }
-        }
-        failed.extend(curves.zip(&self.status).filter(|(_, status)| !status.is_usable()).map(|(i, _)| i));
+        let (t, values) = (knots.t(i), knots.values(i).as_chunks::<D>().0);
+        let bands = [&mut lower[own.clone()], &mut diagonal[own.clone()], &mut upper[own.clone()]];
+        let rhs = rhs[own.start * D..own.end * D].as_chunks_mut::<D>().0;
+        assemble(t, values, knots.closed[i], ends(i), bands, rhs);
     }
+    let matrix = Matrix::Bands { lower: &lower, diagonal: &diagonal, upper: &upper };
+    let cyclic = Cyclic::Each(&knots.closed[curves.clone()]);
+    let systems = TridiagonalBatch { matrix, offsets: &offsets, cyclic };
+    let part = Part { systems: &systems, range: 0..curves.len(), rhs: &rhs, columns: D };
+    let (mut status, mut scratch) = (vec![CurveStatus::Converged; curves.len()], Scratch::default());
+    if rows * D == second.len() {
+        f64::solve_part(&part, second, &mut status, &mut scratch);
+    } else {
+        let mut x = vec![0.0; rows * D];
+        f64::solve_part(&part, &mut x, &mut status, &mut scratch);
+        let mut rest = second;
+        for (k, i) in curves.clone().enumerate() {
+            let (x, out) = (&x[offsets[k] * D..offsets[k + 1] * D], take(&mut rest, entries(i) * D));
+            out[..x.len()].copy_from_slice(x);
+            out.copy_within(0..out.len() - x.len(), x.len());
+        }
+    }
+    curves.zip(status).filter(|(_, status)| !status.is_usable()).map(|(i, _)| i).collect()
 }
 
 /// The rows of one curve.
@@ -360,7 +325,7 @@ fn assemble<const D: usize>(
     diagonal.fill(2.0);
     let (mut before, mut slope_before) = slope(if closed { last - 1 } else { 0 });
     if !closed {
-        // Row 0 and the last are natural, 1·M = 0, unless a tangent is asked for.
+        // Row 0 and the last are natural, 1·M = 0, without a tangent.
         let (after, slope_after) = slope(last - 1);
         let row = |h: f64, sign: f64, slope: &[f64; D], tangent: Option<&[f64]>| match tangent {
             None => (1.0, 0.0, [0.0; D]),

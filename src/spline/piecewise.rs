@@ -1,14 +1,15 @@
 //! [`Piecewise`]: polynomials piece by piece, and the cubic splines that are such: any number of
-//! values a knot, any conditions at the ends.
+//! values per knot, any conditions at the ends.
 //!
-//! The splines solve a tridiagonal system for their first derivatives (de Boor, *A Practical Guide to
-//! Splines*, chapter IV), as `scipy.interpolate.CubicSpline` does: the same equations, and the same
-//! local powers after them.
+//! The splines solve a tridiagonal system for their first derivatives (de Boor, *A Practical Guide
+//! to Splines*, chapter IV), as `scipy.interpolate.CubicSpline` does: the same equations, and the
+//! same local powers after them.
 
 mod assembly;
 mod calculus;
 mod roots;
 
+use super::ends::EndCondition;
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::linalg::{Cyclic, Matrix, TridiagonalBatch, solve_tridiagonal_batch};
@@ -16,28 +17,6 @@ use crate::parallel;
 use crate::ragged;
 use crate::status::CurveStatus;
 use assembly::System;
-
-/// What holds at one end of a spline.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum Condition<'a> {
-    /// The first (last) two spans are one cubic.
-    NotAKnot,
-    /// The first derivative: a value for each curve and column.
-    First(&'a [f64]),
-    /// The second derivative, likewise.
-    Second(&'a [f64]),
-}
-
-/// What holds at the ends of splines.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub enum Boundary<'a> {
-    /// Conditions at both ends.
-    Ends([Condition<'a>; 2]),
-    /// First and second derivatives are equal at both ends, as the values are.
-    Periodic,
-}
 
 /// Values on knots: curve `i` has the rows `offsets[i] .. offsets[i + 1]`.
 #[derive(Clone, Copy, Debug)]
@@ -48,8 +27,10 @@ pub struct Knotted<'a> {
     pub offsets: &'a [usize],
     /// The values at the knots, row by row.
     pub y: &'a [f64],
-    /// Number of values a knot.
+    /// Number of values per knot.
     pub columns: usize,
+    /// Whether all curves are periodic: the last value is the first one again.
+    pub periodic: bool,
 }
 
 impl Knotted<'_> {
@@ -58,7 +39,7 @@ impl Knotted<'_> {
     }
 
     fn check(&self) -> Result<()> {
-        let Knotted { x, offsets, y, columns } = *self;
+        let Knotted { x, offsets, y, columns, .. } = *self;
         let increasing = offsets.first() == Some(&0) && offsets.windows(2).all(|pair| pair[0] <= pair[1]);
         if !increasing || offsets[offsets.len() - 1] != x.len() {
             return Err(Error::argument(format!("offsets must begin with 0, not decrease, and end with {}", x.len())));
@@ -75,7 +56,7 @@ impl Knotted<'_> {
     }
 
     /// Why a curve has no spline.
-    fn problem(&self, i: usize, periodic: bool) -> Option<String> {
+    fn problem(&self, i: usize) -> Option<String> {
         let (rows, d) = (self.offsets[i]..self.offsets[i + 1], self.columns);
         let (x, y) = (&self.x[rows.clone()], &self.y[rows.start * d..rows.end * d]);
         if x.len() < 2 {
@@ -92,7 +73,7 @@ impl Knotted<'_> {
         }
         let last = &y[y.len() - d..];
         let differ = |(a, b): (&f64, &f64)| (a - b).abs() > 1e-15 + 1e-15 * b.abs();
-        (periodic && y.iter().zip(last).any(differ))
+        (self.periodic && y.iter().zip(last).any(differ))
             .then(|| format!("curve {i} is periodic, but its last value is not its first"))
     }
 }
@@ -110,15 +91,17 @@ pub enum Extrapolate {
     Periodic,
 }
 
-/// Polynomials, piece by piece, one curve each, such as cubic splines by any conditions at the ends.
+/// Polynomials, piece by piece, one curve each, such as cubic splines by any conditions at the
+/// ends.
 ///
 /// ```
 /// use faircurve::Device;
-/// use faircurve::spline::{Boundary, Condition, Extrapolate, Knotted, Piecewise};
+/// use faircurve::spline::{EndCondition, Extrapolate, Knotted, Piecewise};
 ///
 /// // The cubes of 0, 1, 2 and 3: the spline without knots next to the ends is x³.
-/// let cubes = Knotted { x: &[0.0, 1.0, 2.0, 3.0], offsets: &[0, 4], y: &[0.0, 1.0, 8.0, 27.0], columns: 1 };
-/// let splines = Piecewise::cubic(&cubes, &Boundary::Ends([Condition::NotAKnot; 2]), &Device::cpu())?;
+/// let (x, y) = (&[0.0, 1.0, 2.0, 3.0], &[0.0, 1.0, 8.0, 27.0]);
+/// let cubes = Knotted { x, offsets: &[0, 4], y, columns: 1, periodic: false };
+/// let splines = Piecewise::cubic(&cubes, &[EndCondition::NotAKnot; 2], &Device::cpu())?;
 /// assert!((splines.evaluate_all(&[1.5], 0, Extrapolate::No)[0] - 3.375).abs() < 1e-14);
 /// assert!((splines.integrate(0.0, 2.0, Extrapolate::No)[0] - 4.0).abs() < 1e-14);
 /// # Ok::<(), faircurve::Error>(())
@@ -140,35 +123,32 @@ pub struct Piecewise {
 }
 
 impl Piecewise {
-    /// Cubic splines through values.
+    /// Cubic splines through values. Periodic ones have no ends.
     ///
-    /// With two knots and no condition at an end, the spline is straight there; with three and none at
-    /// both, it is a parabola. A curve that has no spline has a status, a message, and coefficients that
-    /// are NaN.
+    /// With two knots and no condition at an end, the spline is straight there; with three and none
+    /// at both, it is a parabola. A curve that has no spline has a status, a message, and
+    /// coefficients that are NaN.
     ///
     /// # Errors
-    /// Arrays whose lengths do not fit; those of [`solve_tridiagonal_batch`].
-    pub fn cubic(given: &Knotted, boundary: &Boundary, device: &Device) -> Result<Self> {
+    /// Arrays whose lengths do not fit; as [`solve_tridiagonal_batch`].
+    pub fn cubic(given: &Knotted, ends: &[EndCondition; 2], device: &Device) -> Result<Self> {
         given.check()?;
         let (curves, d) = (given.len(), given.columns);
-        let periodic = matches!(boundary, Boundary::Periodic);
-        if let Boundary::Ends(conditions) = boundary {
-            for condition in conditions {
-                if let Condition::First(values) | Condition::Second(values) = condition
-                    && values.len() != curves * d
-                {
-                    let sentence = format!("{} values of derivatives for {curves} curves of {d}", values.len());
-                    return Err(Error::argument(sentence));
-                }
+        for end in ends {
+            if let EndCondition::First(values) | EndCondition::Second(values) = end
+                && values.len() != curves * d
+            {
+                let sentence = format!("{} values of derivatives for {curves} curves of {d}", values.len());
+                return Err(Error::argument(sentence));
             }
         }
-        let messages = parallel::map(curves, 1024, |i| given.problem(i, periodic));
-        let system = System::new(given, boundary, |i| messages[i].is_none());
+        let messages = parallel::map(curves, 1024, |i| given.problem(i));
+        let system = System::new(given, ends, |i| messages[i].is_none());
         let solved = solve_tridiagonal_batch(
             &TridiagonalBatch {
                 matrix: Matrix::Bands { lower: &system.lower, diagonal: &system.diagonal, upper: &system.upper },
                 offsets: &system.offsets,
-                cyclic: if periodic { Cyclic::All } else { Cyclic::None },
+                cyclic: if given.periodic { Cyclic::All } else { Cyclic::None },
             },
             &system.rhs,
             d,
@@ -190,16 +170,8 @@ impl Piecewise {
             Some(_) => CurveStatus::Invalid,
         };
         let status = messages.iter().map(status).collect();
-        Ok(Piecewise {
-            x: given.x.to_vec(),
-            offsets: offsets.to_vec(),
-            columns: d,
-            order: 4,
-            spans,
-            c,
-            status,
-            messages,
-        })
+        let (x, offsets) = (given.x.to_vec(), offsets.to_vec());
+        Ok(Piecewise { x, offsets, columns: d, order: 4, spans, c, status, messages })
     }
 
     /// Number of curves.
@@ -212,12 +184,12 @@ impl Piecewise {
         self.len() == 0
     }
 
-    /// Number of coefficients a span: the degree and one more.
+    /// Number of coefficients per span: the degree and one more.
     pub fn order(&self) -> usize {
         self.order
     }
 
-    /// Number of values a knot.
+    /// Number of values per knot.
     pub fn columns(&self) -> usize {
         self.columns
     }

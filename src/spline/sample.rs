@@ -45,6 +45,14 @@ impl Sites {
     }
 }
 
+/// A, B and C of the module's formula, from p, q, m and n.
+#[inline(always)]
+pub(super) fn coefficients(h: f64, [p, q, m, n]: [f64; 4]) -> [f64; 3] {
+    // h twice, never h²: that may be out of range where the product is not.
+    let (start, end) = (h * (h * m), h * (h * n));
+    [q - p - (2.0 * start + end) / 6.0, 0.5 * start, (end - start) / 6.0]
+}
+
 /// The polynomial of a span: p, A, B, C of the module's formula, for each coordinate.
 pub(crate) struct Cubic<const D: usize>([[f64; 4]; D]);
 
@@ -55,10 +63,9 @@ impl<const D: usize> Cubic<D> {
     pub fn new(h: f64, points: &[f64], second: &[f64]) -> Self {
         let (p, m) = (&points[..2 * D], &second[..2 * D]);
         let mut cubic = [[0.0; 4]; D];
-        for (c, cubic) in cubic.iter_mut().enumerate() {
-            // h twice, never h²: that may be out of range where the product is not.
-            let (start, end) = (h * (h * m[c]), h * (h * m[D + c]));
-            *cubic = [p[c], p[D + c] - p[c] - (2.0 * start + end) / 6.0, 0.5 * start, (end - start) / 6.0];
+        for (coordinate, cubic) in cubic.iter_mut().enumerate() {
+            let [a, b, c] = coefficients(h, [p[coordinate], p[D + coordinate], m[coordinate], m[D + coordinate]]);
+            *cubic = [p[coordinate], a, b, c];
         }
         Cubic(cubic)
     }
@@ -66,8 +73,8 @@ impl<const D: usize> Cubic<D> {
     /// The point at the fraction `u`.
     #[inline(always)]
     pub fn at(&self, u: f64) -> [f64; D] {
-        // A loop, which unlike a closure of the standard library's becomes part of its caller and of
-        // the caller's instruction set.
+        // A loop, which unlike a closure of the standard library's becomes part of its caller and
+        // of the caller's instruction set.
         let mut point = [0.0; D];
         for (x, [p, a, b, third]) in point.iter_mut().zip(&self.0) {
             *x = p + u * (a + u * (b + u * third));
@@ -77,7 +84,7 @@ impl<const D: usize> Cubic<D> {
 
     /// Writes the points `from .. to` at their fractions `u`, [`LANES`] at a time.
     ///
-    /// Points after them may be written, too: those of the next span, which come later.
+    /// Points of the next span may be overwritten. They are written later.
     #[inline(always)]
     pub fn write(&self, points: &mut [[f64; D]], (from, to): (usize, usize), u: impl Fn(f64) -> f64, given: &[f64]) {
         let mut i = from;
@@ -96,5 +103,5 @@ impl<const D: usize> Cubic<D> {
     }
 }
 
-/// As many points as fill the registers, and not many more than a span has.
+/// Enough points to fill the registers, and not many more than a span has.
 const LANES: usize = 4;

@@ -1,11 +1,11 @@
-//! The smoothing of one curve: to the normalised problem and back.
+//! [`Smoother`]: normalises one curve, solves its problem and scales the solution back.
 
 use nalgebra::{Matrix3, Vector3};
 
 use self::search::lambda_at;
 use super::knots::Knots;
 use super::reinsch::Reinsch;
-use super::smoothing::{Amount, LAMBDA_CAP, Smoothing};
+use super::smoothing::{LAMBDA_CAP, Smoothing, SmoothingTarget};
 use crate::batch::CurveBatch;
 use crate::bounds::Bounds;
 use crate::deviation::Deviation;
@@ -18,7 +18,7 @@ mod search;
 pub(super) use search::octave;
 
 /// One curve of a batch and the places of its result.
-pub(super) struct Target<'a> {
+pub(super) struct Slot<'a> {
     /// The data points, as given.
     pub batch: &'a CurveBatch,
     /// The knots without their values.
@@ -31,7 +31,7 @@ pub(super) struct Target<'a> {
     pub second: &'a mut [f64],
 }
 
-/// What a kernel found: the step whose λ keeps the deviation asked for, and how many solves it took.
+/// The result of a kernel: the step whose λ keeps the deviation, and the number of solves.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Outcome {
     pub step: i32,
@@ -43,7 +43,7 @@ fn keeps(deviation: f64, allowed: f64) -> bool {
     deviation <= allowed * (1.0 - 8.0 * f64::EPSILON)
 }
 
-/// What a thread keeps from curve to curve.
+/// Buffers that a thread reuses for all its curves.
 #[derive(Default)]
 pub(super) struct Smoother {
     problem: Reinsch<f64>,
@@ -51,75 +51,73 @@ pub(super) struct Smoother {
     data: Vec<f64>,
     /// The curve of the last solve at the knots.
     candidate: Vec<f64>,
-    /// The knots that are pinned.
-    pinned: Vec<usize>,
     /// Half the size of the bounding box.
     size: f64,
     /// Length of the parameter interval.
     length: f64,
     /// ωT³ up to overflow: λ = λ′·ω·T·T·T.
     weight: f64,
-    /// What a closed curve keeps of its size.
+    /// The least share of its size that a closed curve keeps.
     least_share: f64,
     solves: u32,
 }
 
 impl Smoother {
     /// Fits one curve.
-    pub fn fit(&mut self, mut target: Target, options: &Smoothing) -> CurveReport {
-        self.load(&target, options);
-        let (batch, curve) = (target.batch, target.curve);
+    pub fn fit(&mut self, mut slot: Slot, options: &Smoothing) -> CurveReport {
+        self.load(&slot, options);
+        let (batch, curve) = (slot.batch, slot.curve);
         let within = |deviation: Deviation| deviation.of(batch, curve);
-        match options.amount {
-            Amount::Lambda(lambda) => self.solve_asked(&mut target, lambda),
-            Amount::Deviation(allowed) => self.search(&mut target, within(allowed)),
-            Amount::Tube(allowed) => self.least(&mut target, within(allowed)),
+        match options.target {
+            SmoothingTarget::Lambda(lambda) => self.solve_asked(&mut slot, lambda),
+            SmoothingTarget::Deviation(allowed) => self.search(&mut slot, within(allowed)),
+            SmoothingTarget::Tube(allowed) => self.least(&mut slot, within(allowed)),
         }
     }
 
-    /// The curve of a given λ; of a closed curve that would collapse, that of the largest λ where
-    /// it does not.
-    fn solve_asked(&mut self, target: &mut Target, lambda: f64) -> CurveReport {
-        let normalised = lambda / self.weight / self.length / self.length / self.length;
+    /// The curve of a given λ. A closed curve that would collapse gets the largest λ without
+    /// collapse.
+    fn solve_asked(&mut self, slot: &mut Slot, lambda: f64) -> CurveReport {
+        let normalised = self.normalised(lambda);
         let solved = if normalised < LAMBDA_CAP { self.solve(normalised) } else { self.solve_line() };
         if !solved && self.problem.has_inner_pins() {
-            return self.search(target, f64::INFINITY);
+            return self.search(slot, f64::INFINITY);
         }
         if !solved {
             if !self.solve(0.0) {
-                return unsolvable(target, &self.data);
+                return unsolvable(slot, &self.data);
             }
-            let deviation = self.deviation(target).0;
-            let report = self.keep(target, 0.0, deviation);
-            return self.too_large(target, lambda, report);
+            let deviation = self.deviation(slot).0;
+            let report = self.keep(slot, 0.0, deviation);
+            return self.too_large(slot, lambda, report);
         }
         if !self.stands() {
-            let report = self.search(target, f64::INFINITY);
-            return self.stopped(target, &format!("λ = {lambda}"), report);
+            let report = self.search(slot, f64::INFINITY);
+            return self.stopped(slot, &format!("λ = {lambda}"), report);
         }
-        let deviation = self.deviation(target).0;
-        CurveReport { smoothing: Some(lambda), ..self.keep(target, normalised, deviation) }
+        let deviation = self.deviation(slot).0;
+        CurveReport { smoothing: Some(lambda), ..self.keep(slot, normalised, deviation) }
     }
 
     /// Sets up the normalised problem of a curve for the kernel, and gives the amount in its terms:
     /// the normalised λ, or the deviation in units of the size. `None` where the host must fit: the
     /// answer is the regression line or the data themselves, the kernel's precision (its ε) does
     /// not resolve the system, or points were averaged, which the kernel does not know.
-    pub fn prepare_for_kernel(&mut self, target: &Target, options: &Smoothing, epsilon: f64) -> Option<f64> {
-        self.load(target, options);
-        match options.amount {
-            Amount::Lambda(lambda) => {
-                let normalised = lambda / self.weight / self.length / self.length / self.length;
+    pub fn prepare_for_kernel(&mut self, slot: &Slot, options: &Smoothing, epsilon: f64) -> Option<f64> {
+        self.load(slot, options);
+        match options.target {
+            SmoothingTarget::Lambda(lambda) => {
+                let normalised = self.normalised(lambda);
                 let proper = normalised > 0.0 && normalised < LAMBDA_CAP && self.is_resolved(normalised, epsilon);
                 proper.then_some(normalised)
             }
-            Amount::Deviation(allowed) => {
-                let allowed = allowed.of(target.batch, target.curve);
-                let averaged = target.knots.repeats.contains_key(&target.curve);
-                let is_line = !averaged && self.solve_line() && keeps(self.deviation(target).0, allowed);
+            SmoothingTarget::Deviation(allowed) => {
+                let allowed = allowed.of(slot.batch, slot.curve);
+                let averaged = slot.knots.repeats.contains_key(&slot.curve);
+                let is_line = !averaged && self.solve_line() && keeps(self.deviation(slot).0, allowed);
                 (!averaged && !is_line).then_some(allowed / self.size)
             }
-            Amount::Tube(_) => None,
+            SmoothingTarget::Tube(_) => None,
         }
     }
 
@@ -141,65 +139,62 @@ impl Smoother {
         condition * epsilon <= 0.01
     }
 
-    /// Takes over what a kernel solved, as if [`solve`](Self::solve) had; `None` where it is not
-    /// finite, breaks the deviation after all, has collapsed, or the kernel's precision (its ε)
-    /// does not resolve it.
+    /// Takes over a kernel's solution. `None` if it is not finite, breaks the deviation, has
+    /// collapsed, or is beyond the kernel's precision (its ε).
     pub fn accept(
         &mut self,
-        target: &mut Target,
+        slot: &mut Slot,
         options: &Smoothing,
         outcome: Outcome,
         epsilon: f64,
         moments: impl Iterator<Item = f64>,
         correction: impl Iterator<Item = f64>,
     ) -> Option<CurveReport> {
-        self.load(target, options);
-        let normalised = match options.amount {
-            Amount::Lambda(lambda) => lambda / self.weight / self.length / self.length / self.length,
-            Amount::Deviation(_) => lambda_at(outcome.step),
-            Amount::Tube(_) => return None,
+        self.load(slot, options);
+        let (normalised, allowed) = match options.target {
+            SmoothingTarget::Lambda(lambda) => (self.normalised(lambda), f64::INFINITY),
+            SmoothingTarget::Deviation(allowed) => (lambda_at(outcome.step), allowed.of(slot.batch, slot.curve)),
+            SmoothingTarget::Tube(_) => return None,
         };
         if !self.is_resolved(normalised, epsilon) {
             return None;
         }
         self.problem.alpha = 1.0 / (1.0 + normalised);
-        self.problem.moments.iter_mut().zip(moments).for_each(|(to, from)| *to = from);
-        self.problem.correction.iter_mut().zip(correction).for_each(|(to, from)| *to = from);
+        for (to, from) in self.problem.moments.iter_mut().zip(moments) {
+            *to = from;
+        }
+        for (to, from) in self.problem.correction.iter_mut().zip(correction) {
+            *to = from;
+        }
         if !self.finish_solve() || !self.stands() {
             return None;
         }
         self.solves = outcome.solves;
-        let deviation = self.deviation(target).0;
-        match options.amount {
-            Amount::Lambda(lambda) => {
-                Some(CurveReport { smoothing: Some(lambda), ..self.keep(target, normalised, deviation) })
-            }
-            Amount::Deviation(allowed) => {
-                let is_kept = deviation <= allowed.of(target.batch, target.curve);
-                is_kept.then(|| self.keep(target, normalised, deviation))
-            }
-            Amount::Tube(_) => None,
+        let deviation = self.deviation(slot).0;
+        let mut report = (deviation <= allowed).then(|| self.keep(slot, normalised, deviation))?;
+        if let SmoothingTarget::Lambda(lambda) = options.target {
+            report.smoothing = Some(lambda);
         }
+        Some(report)
     }
 
     /// Sets up the normalised problem of a curve.
-    fn load(&mut self, target: &Target, options: &Smoothing) {
-        let (d, i) = (target.knots.dimension, target.curve);
-        let (t, weights) = (target.knots.t(i), target.knots.weights.as_ref().expect("averaged knots have weights"));
-        let closed = target.knots.closed[i];
+    fn load(&mut self, slot: &Slot, options: &Smoothing) {
+        let (d, i) = (slot.knots.dimension, slot.curve);
+        let (t, weights) = (slot.knots.t(i), slot.knots.weights.as_ref().expect("averaged knots have weights"));
+        let closed = slot.knots.closed[i];
         let count = t.len() - usize::from(closed);
-        let weights = &weights[target.knots.range(i)][..count];
+        let weights = &weights[slot.knots.range(i)][..count];
         (self.solves, self.least_share) = (0, options.least_share());
         self.data.clear();
-        self.data.extend_from_slice(&target.values[..count * d]);
-        let last = target.batch.count(i) - 1;
+        self.data.extend_from_slice(&slot.values[..count * d]);
+        let last = slot.batch.count(i) - 1;
         let is_end = |k: usize| options.pin_ends && !closed && (k == 0 || k == last);
-        let entries = target.knots.repeats.get(&i);
-        self.pinned.clear();
-        for k in (0..=last).filter(|&k| is_end(k) || target.batch.is_pinned(i, k)) {
-            let entry = entries.map_or(k, |entries| entries[k] as usize) % count;
-            self.data[entry * d..(entry + 1) * d].copy_from_slice(&target.batch.points(i)[k * d..(k + 1) * d]);
-            self.pinned.push(entry);
+        let mut pinned = Vec::new();
+        for k in (0..=last).filter(|&k| is_end(k) || slot.batch.is_pinned(i, k)) {
+            let entry = slot.knots.entry(i, k) % count;
+            self.data[entry * d..(entry + 1) * d].copy_from_slice(&slot.batch.points(i)[k * d..(k + 1) * d]);
+            pinned.push(entry);
         }
         let problem = &mut self.problem;
         (problem.count, problem.dimension, problem.closed) = (count, d, closed);
@@ -209,7 +204,9 @@ impl Smoother {
         self.weight = weights.iter().copied().fold(0.0, f64::max);
         problem.inverse_weights.clear();
         problem.inverse_weights.extend(weights.iter().map(|w| self.weight / w));
-        self.pinned.iter().for_each(|&entry| problem.inverse_weights[entry] = 0.0);
+        for entry in pinned {
+            problem.inverse_weights[entry] = 0.0;
+        }
         problem.data.clear();
         problem.data.resize(count * d, 0.0);
         let bounds = Bounds::<3>::of_flat(&self.data, d);
@@ -252,10 +249,10 @@ impl Smoother {
 
     /// Largest distance from a data point to the curve's point of its parameter, and which point
     /// that is.
-    fn deviation(&self, target: &Target) -> (f64, usize) {
-        let d = target.knots.dimension;
-        let points = target.batch.points(target.curve);
-        let entries = target.knots.repeats.get(&target.curve);
+    fn deviation(&self, slot: &Slot) -> (f64, usize) {
+        let d = slot.knots.dimension;
+        let points = slot.batch.points(slot.curve);
+        let entries = slot.knots.repeats.get(&slot.curve);
         let count = self.problem.count;
         let (mut worst, mut at) = (0.0, 0);
         for (k, point) in points.chunks_exact(d).enumerate() {
@@ -297,17 +294,17 @@ impl Smoother {
     }
 
     /// Writes the last solve to its place.
-    fn keep(&mut self, target: &mut Target, normalised: f64, deviation: f64) -> CurveReport {
+    fn keep(&mut self, slot: &mut Slot, normalised: f64, deviation: f64) -> CurveReport {
         let d = self.problem.dimension;
         let inner = self.candidate.len();
-        target.values[..inner].copy_from_slice(&self.candidate);
+        slot.values[..inner].copy_from_slice(&self.candidate);
         let scale = self.problem.alpha * self.size / self.length / self.length;
-        for (second, v) in target.second.iter_mut().zip(&self.problem.moments) {
+        for (second, v) in slot.second.iter_mut().zip(&self.problem.moments) {
             *second = scale * v;
         }
         if self.problem.closed {
-            target.values.copy_within(..d, inner);
-            target.second.copy_within(..d, inner);
+            slot.values.copy_within(..d, inner);
+            slot.second.copy_within(..d, inner);
         }
         let scale = self.size / self.length;
         CurveReport {
@@ -323,57 +320,62 @@ impl Smoother {
         (normalised * self.weight * self.length * self.length * self.length).min(f64::MAX)
     }
 
-    /// The report of a closed curve that what was asked for would have made collapse.
-    fn stopped(&self, target: &Target, asked: &str, report: CurveReport) -> CurveReport {
+    /// λ of the normalised problem.
+    fn normalised(&self, lambda: f64) -> f64 {
+        lambda / self.weight / self.length / self.length / self.length
+    }
+
+    /// The report of a closed curve whose smoothing stopped before collapse.
+    fn stopped(&self, slot: &Slot, asked: &str, report: CurveReport) -> CurveReport {
         let what = format!(
             "{asked} would shrink it to less than {} of its size: it is smoothed no further than that, with \
              λ = {}; to see more of it, smooth less",
             self.least_share,
             report.smoothing.unwrap_or(0.0)
         );
-        CurveReport { message: Some(target.batch.sentence(target.curve, 0, &what)), ..report }
+        CurveReport { message: Some(slot.batch.sentence(slot.curve, 0, &what)), ..report }
     }
 
     /// The report of a curve whose points at one parameter lie too far apart for any curve.
-    fn apart(
-        &self,
-        target: &Target,
-        (deviation, point): (f64, usize),
-        allowed: f64,
-        report: CurveReport,
-    ) -> CurveReport {
+    fn apart(slot: &Slot, (deviation, point): (f64, usize), allowed: f64, report: CurveReport) -> CurveReport {
         let what = format!(
             "it lies {deviation} from the curve even without smoothing, since other points have the same parameter; \
              the deviation allowed is {allowed}: give these points parameters of their own, or allow more"
         );
-        let message = Some(target.batch.sentence(target.curve, point, &what));
-        CurveReport { status: CurveStatus::NotConverged, message, ..report }
+        slot.not_converged(point, &what, report)
     }
 
     /// The report of a curve whose λ was, or would have been, more than the arithmetic bears.
-    fn too_large(&self, target: &Target, lambda: f64, report: CurveReport) -> CurveReport {
+    fn too_large(&self, slot: &Slot, lambda: f64, report: CurveReport) -> CurveReport {
         let what = format!(
             "λ = {lambda} is too large for {} knots as unevenly spaced or weighted as these, in 64 bits; \
              the curve has λ = {}: use a smaller λ or deviation, or fewer points",
             self.problem.count,
             report.smoothing.unwrap_or(0.0)
         );
-        let message = Some(target.batch.sentence(target.curve, 0, &what));
+        slot.not_converged(0, &what, report)
+    }
+}
+
+impl Slot<'_> {
+    /// The report of a curve that misses its target.
+    fn not_converged(&self, point: usize, what: &str, report: CurveReport) -> CurveReport {
+        let message = Some(self.batch.sentence(self.curve, point, what));
         CurveReport { status: CurveStatus::NotConverged, message, ..report }
     }
 }
 
 /// The report of a curve that overflows even without smoothing; its data come out, joined by
 /// segments.
-fn unsolvable(target: &mut Target, data: &[f64]) -> CurveReport {
-    target.values[..data.len()].copy_from_slice(data);
-    target.second.fill(0.0);
-    let t = target.knots.t(target.curve);
+fn unsolvable(slot: &mut Slot, data: &[f64]) -> CurveReport {
+    slot.values[..data.len()].copy_from_slice(data);
+    slot.second.fill(0.0);
+    let t = slot.knots.t(slot.curve);
     let least = t.windows(2).map(|pair| pair[1] - pair[0]).fold(f64::INFINITY, f64::min);
     let what = format!(
         "the smallest step of its parameter, {least}, is too small beside the length of all, {}: \
          merge these points, or choose another parametrisation",
         t[t.len() - 1] - t[0]
     );
-    CurveReport::unfitted(CurveStatus::Invalid, target.batch.sentence(target.curve, 0, &what))
+    CurveReport::unfitted(CurveStatus::Invalid, slot.batch.sentence(slot.curve, 0, &what))
 }

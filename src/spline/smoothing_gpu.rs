@@ -11,8 +11,8 @@ use bytemuck::{Pod, Zeroable};
 
 use super::gpu::GROUP;
 use super::knots::Knots;
-use super::smoother::{Outcome, Smoother, Target, octave};
-use super::smoothing::{Amount, OfCurve};
+use super::smoother::{Outcome, Slot, Smoother, octave};
+use super::smoothing::{OfCurve, SmoothingTarget};
 use crate::batch::CurveBatch;
 use crate::error::Result;
 use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, Recording, kept, once, pipeline, plan, unwritten};
@@ -125,23 +125,23 @@ struct SmoothingRun<'a> {
 type Sent = (usize, usize);
 
 impl SmoothingRun<'_> {
-    fn target(&mut self, i: usize) -> (Target<'_>, &mut Smoother) {
+    fn slot(&mut self, i: usize) -> (Slot<'_>, &mut Smoother) {
         let d = self.knots.dimension;
         let range = self.knots.offsets[i] * d..self.knots.offsets[i + 1] * d;
-        let target = Target {
+        let slot = Slot {
             batch: self.batch,
             knots: self.knots,
             curve: i,
             values: &mut self.values[range.clone()],
             second: &mut self.second[range],
         };
-        (target, self.smoother)
+        (slot, self.smoother)
     }
 
     fn fit_on_host(&mut self, i: usize) {
         let options = (self.own)(i);
-        let (target, smoother) = self.target(i);
-        let report = smoother.fit(target, &options);
+        let (slot, smoother) = self.slot(i);
+        let report = smoother.fit(slot, &options);
         self.reports[i] = Some(report);
     }
 
@@ -160,9 +160,9 @@ impl SmoothingRun<'_> {
                 continue;
             }
             let (options, epsilon) = ((self.own)(i), self.epsilon);
-            let (target, smoother) = self.target(i);
-            let prepared = (target.knots.range(i).len() <= MOST_KNOTS)
-                .then(|| smoother.prepare_for_kernel(&target, &options, epsilon))
+            let (slot, smoother) = self.slot(i);
+            let prepared = (slot.knots.range(i).len() <= MOST_KNOTS)
+                .then(|| smoother.prepare_for_kernel(&slot, &options, epsilon))
                 .flatten();
             let Some(amount) = prepared else {
                 self.fit_on_host(i);
@@ -175,7 +175,7 @@ impl SmoothingRun<'_> {
             data.extend_from_slice(&problem.data);
             // An open curve has one span fewer than knots.
             spans.resize(inverse_weights.len(), 0.0);
-            let is_search = matches!(options.amount, Amount::Deviation(_));
+            let is_search = matches!(options.target, SmoothingTarget::Deviation(_));
             let mut flags = if problem.closed { FLAG_CLOSED } else { 0 };
             flags |= if is_search { FLAG_DEVIATION } else { 0 };
             most_solves = if is_search { MOST_SOLVES } else { most_solves };
@@ -221,9 +221,9 @@ impl SmoothingRun<'_> {
                     let [step, solves] = [4, 5].map(|field| searches[SEARCH * k + field]);
                     let outcome = Outcome { step: step as i32, solves: solves as u32 };
                     let (options, epsilon) = ((self.own)(i), self.epsilon);
-                    let (mut target, smoother) = self.target(i);
+                    let (mut slot, smoother) = self.slot(i);
                     let numbers = |from: usize| scratch[from..from + count * d].iter().copied();
-                    smoother.accept(&mut target, &options, outcome, epsilon, numbers(moments), numbers(correction))
+                    smoother.accept(&mut slot, &options, outcome, epsilon, numbers(moments), numbers(correction))
                 }
                 STATUS_FAILED | STATUS_PENDING => None,
                 word => return Err(unwritten("spline/reinsch", format_args!("curve {i}"), word)),

@@ -1,9 +1,9 @@
-//! Least bending within a distance of every data point: min ∫|p″|² over the curves with |p(t_i) −
+//! TubeResult bending within a distance of every data point: min ∫|p″|² over the curves with |p(t_i) −
 //! y_i| ≤ D, for one curve.
 //!
 //! The least curve is a cubic spline with knots at the data. It is sought by its values g_k = y_k +
-//! D u_k and slopes m_k at the knots: over a span of length h the energy is that of the two numbers
-//! a coordinate
+//! D u_k and slopes m_k at the knots. The energy of a span of length h is the sum of the squares of
+//! two numbers per coordinate,
 //!
 //! ```text
 //! (m₁ − m₀)/√h,    √(3/h) (m₀ + m₁ − 2 (g₁ − g₀)/h),
@@ -24,20 +24,23 @@
 //! L. Vandenberghe, The CVXOPT linear and quadratic cone program solvers (2010); P. J. Goulart, Y.
 //! Chen, Clarabel (2024).
 
+use glam::DVec3;
+
 use super::tube_rows::Rows;
+use crate::curve::vector;
 
 /// The gap, relative to the energy, at which a curve is the least one.
 pub(super) const GAP: f64 = 1e-8;
 
-/// An energy below this many D²/T³ is that of a straight line: a curve with ∫|p″|² = e D²/T³ is
-/// within √e D of one. Gaps are measured in the energy or in this, whichever is larger; or they are
-/// those that rounding makes.
-const STRAIGHT: f64 = 1e-8;
+/// Half of 1e-8 D²/T³. Curves of less energy are straight: with ∫|p″|² = e D²/T³ a curve is within
+/// √e D of a line. Gaps are relative to the energy or to this, whichever is larger, unless rounding
+/// explains them.
+const HALF_STRAIGHT: f64 = 0.5e-8;
 
 /// Iterations at most; 5 to 30 are usual, and more gain nothing once rounding stops the steps.
 const MAX_ITERATIONS: u32 = 100;
 
-/// Share of the way to the boundary of the cones that is taken.
+/// The share of a step to the boundary of the cones.
 const TO_BOUNDARY: f64 = 0.99;
 
 /// Steps shorter than this have stalled.
@@ -48,7 +51,7 @@ const STALLED: f64 = 1e-6;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Disc {
     pub knot: usize,
-    pub offset: [f64; 3],
+    pub offset: DVec3,
 }
 
 /// The problem of one curve.
@@ -68,9 +71,9 @@ pub(super) struct Tube<'a> {
     pub discs: &'a [Disc],
 }
 
-/// What was found.
+/// The solution.
 #[derive(Clone, Debug)]
-pub(super) struct Least {
+pub(super) struct TubeResult {
     /// u at every knot: the curve minus the centre, in units of D.
     pub moved: Vec<f64>,
     pub iterations: u32,
@@ -79,51 +82,43 @@ pub(super) struct Least {
     pub converged: bool,
 }
 
-/// A vector in the space of a cone: one number and a vector.
+/// A vector in the space of a cone.
 #[derive(Clone, Copy, Debug, Default)]
 struct Cone {
     head: f64,
-    tail: [f64; 3],
-}
-
-fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    tail: DVec3,
 }
 
 impl Cone {
     fn dot(&self, other: &Cone) -> f64 {
-        self.head * other.head + dot(&self.tail, &other.tail)
+        self.head * other.head + self.tail.dot(other.tail)
     }
 
     /// `self + factor · other`.
     fn plus(&self, factor: f64, other: &Cone) -> Cone {
-        let mut sum = *self;
-        sum.head += factor * other.head;
-        sum.tail.iter_mut().zip(&other.tail).for_each(|(x, y)| *x += factor * y);
-        sum
+        Cone { head: self.head + factor * other.head, tail: self.tail + factor * other.tail }
     }
 
     /// head² − |tail|²: positive inside.
     fn inside(&self) -> f64 {
-        let length = dot(&self.tail, &self.tail).sqrt();
+        let length = self.tail.length();
         (self.head - length) * (self.head + length)
     }
 
     /// The product of the cone's algebra.
     fn product(&self, other: &Cone) -> Cone {
-        let tail = std::array::from_fn(|c| self.head * other.tail[c] + other.head * self.tail[c]);
-        Cone { head: self.dot(other), tail }
+        Cone { head: self.dot(other), tail: self.head * other.tail + other.head * self.tail }
     }
 
     /// x with `self` ∘ x = other.
     fn divide(&self, other: &Cone) -> Cone {
-        let head = (self.head * other.head - dot(&self.tail, &other.tail)) / self.inside();
-        Cone { head, tail: std::array::from_fn(|c| (other.tail[c] - head * self.tail[c]) / self.head) }
+        let head = (self.head * other.head - self.tail.dot(other.tail)) / self.inside();
+        Cone { head, tail: (other.tail - head * self.tail) / self.head }
     }
 
     /// The longest step, 1 at most, that stays inside.
     fn step(&self, way: &Cone) -> f64 {
-        let (a, half, c) = (way.inside(), self.head * way.head - dot(&self.tail, &way.tail), self.inside());
+        let (a, half, c) = (way.inside(), self.head * way.head - self.tail.dot(way.tail), self.inside());
         // a α² + 2 half α + c, which is positive at 0; the head may not change its sign either.
         let discriminant = half * half - a * c;
         let mut longest: f64 = if way.head < 0.0 { (-self.head / way.head).min(1.0) } else { 1.0 };
@@ -150,20 +145,17 @@ impl Scaling {
     fn new(s: &Cone, z: &Cone) -> Self {
         let (of_s, of_z) = (s.inside().sqrt(), z.inside().sqrt());
         let gamma = (0.5 * (1.0 + s.dot(z) / (of_s * of_z))).sqrt();
-        let tail = std::array::from_fn(|c| (s.tail[c] / of_s - z.tail[c] / of_z) / (2.0 * gamma));
+        let tail = (s.tail / of_s - z.tail / of_z) / (2.0 * gamma);
         // On the hyperboloid head² − |tail|² = 1 whatever rounding did.
-        let point = Cone { head: (1.0 + dot(&tail, &tail)).sqrt(), tail };
+        let point = Cone { head: (1.0 + tail.dot(tail)).sqrt(), tail };
         Scaling { size: (of_s / of_z).sqrt(), point }
     }
 
     /// W x, or with `sign` −1 and the size's inverse W⁻¹ x.
     fn times(&self, x: &Cone, size: f64, sign: f64) -> Cone {
-        let across = sign * dot(&self.point.tail, &x.tail);
+        let across = sign * self.point.tail.dot(x.tail);
         let factor = sign * (x.head + across / (1.0 + self.point.head));
-        Cone {
-            head: size * (self.point.head * x.head + across),
-            tail: std::array::from_fn(|c| size * (x.tail[c] + factor * self.point.tail[c])),
-        }
+        Cone { head: size * (self.point.head * x.head + across), tail: size * (x.tail + factor * self.point.tail) }
     }
 
     fn apply(&self, x: &Cone) -> Cone {
@@ -173,79 +165,101 @@ impl Scaling {
     fn invert(&self, x: &Cone) -> Cone {
         self.times(x, 1.0 / self.size, -1.0)
     }
+
+    /// W⁻¹ for vectors without a head: d + 1 rows of d numbers. Those beyond are not read.
+    fn rows(&self) -> [[f64; 3]; 4] {
+        let columns = [DVec3::X, DVec3::Y, DVec3::Z].map(|tail| self.invert(&Cone { head: 0.0, tail }));
+        std::array::from_fn(|r| columns.map(|column| if r == 0 { column.head } else { column.tail[r - 1] }))
+    }
+}
+
+/// Vectors in the spaces of all unknowns: values and slopes, cones, and forces.
+#[derive(Default)]
+struct Point {
+    x: Vec<f64>,
+    s: Vec<Cone>,
+    z: Vec<Cone>,
+}
+
+impl Point {
+    /// The longest step, 1 at most, that keeps the point in its cones.
+    fn longest(&self, way: &Point) -> f64 {
+        let mut longest: f64 = 1.0;
+        for k in 0..self.s.len() {
+            longest = longest.min(self.s[k].step(&way.s[k])).min(self.z[k].step(&way.z[k]));
+        }
+        longest
+    }
 }
 
 impl Tube<'_> {
     /// The least curve. Centres must be within the discs.
-    pub fn least(&self) -> Least {
+    pub fn least(&self) -> TubeResult {
         let d = self.dimension;
         let mut rows = Rows::new(d, self.closed, self.held, self.spans, self.centres);
-        let knots = rows.knots();
-        // The interpolating spline, and the forces that hold it: shared among the points of each
-        // knot.
-        let mut x = rows.interpolate();
-        let mut energies = rows.residual(&x);
-        let force = rows.transposed(&energies);
-        let mut points = vec![0.0; knots];
-        self.discs.iter().for_each(|disc| points[disc.knot] += 1.0);
-        let mut s: Vec<Cone> = self.discs.iter().map(|disc| Cone { head: 1.0, tail: disc.offset }).collect();
-        let forces = |disc: &Disc| {
-            let at = |c: usize| if c < d { force[2 * d * disc.knot + c] / points[disc.knot] } else { 0.0 };
-            std::array::from_fn::<f64, 3, _>(at)
-        };
-        let strength = |disc: &Disc| dot(&forces(disc), &forces(disc)).sqrt();
-        let mean = self.discs.iter().map(strength).sum::<f64>() / self.discs.len().max(1) as f64;
-        let straight = STRAIGHT * 0.5;
         let rounding = rows.rounding();
-        let dual = |disc: &Disc| Cone { head: strength(disc) + mean.max(straight), tail: forces(disc) };
-        let mut z: Vec<Cone> = self.discs.iter().map(dual).collect();
-        let mut scalings = vec![Scaling::default(); s.len()];
-        let mut scaled = vec![Cone::default(); s.len()];
-        let mut least = Least { moved: Vec::new(), iterations: 0, gap: f64::INFINITY, converged: false };
+        let mut point = self.start(&mut rows);
+        let mut energies = rows.residual(&point.x);
+        let mut scalings = vec![Scaling::default(); self.discs.len()];
+        let mut scaled = vec![Cone::default(); self.discs.len()];
+        let mut least = TubeResult { moved: Vec::new(), iterations: 0, gap: f64::INFINITY, converged: false };
         loop {
             let energy = 0.5 * energies.iter().map(|e| e * e).sum::<f64>();
-            let gap: f64 = s.iter().zip(&z).map(|(s, z)| s.dot(z)).sum();
-            least.gap = gap / energy.max(straight);
-            least.converged = gap <= (GAP * energy.max(straight)).max(rounding);
+            let gap: f64 = point.s.iter().zip(&point.z).map(|(s, z)| s.dot(z)).sum();
+            least.gap = gap / energy.max(HALF_STRAIGHT);
+            least.converged = gap <= (GAP * energy.max(HALF_STRAIGHT)).max(rounding);
             if least.converged || least.iterations == MAX_ITERATIONS || !gap.is_finite() {
                 break;
             }
             least.iterations += 1;
-            for (k, (s, z)) in s.iter().zip(&z).enumerate() {
-                scalings[k] = Scaling::new(s, z);
-                scaled[k] = scalings[k].apply(z);
+            for k in 0..self.discs.len() {
+                scalings[k] = Scaling::new(&point.s[k], &point.z[k]);
+                scaled[k] = scalings[k].apply(&point.z[k]);
             }
             rows.factor(self.discs.iter().zip(&scalings).map(|(disc, scaling)| (disc.knot, scaling.rows())));
-            // Where complementarity alone would lead; then, with what that leaves and towards the
-            // centre.
-            let mu = gap / s.len() as f64;
+            // Predictor and corrector.
+            let mu = gap / point.s.len() as f64;
             let affine = self.direction(&rows, &energies, &scalings, &scaled, scaled.clone());
-            let reach = longest(&s, &z, &affine);
-            let sigma = (1.0 - reach).powi(3);
-            let targets = (0..s.len()).map(|k| {
+            let sigma = (1.0 - point.longest(&affine)).powi(3);
+            let mut targets = Vec::with_capacity(scaled.len());
+            for (k, scaled) in scaled.iter().enumerate() {
                 let (ds, dz) = (scalings[k].invert(&affine.s[k]), scalings[k].apply(&affine.z[k]));
-                let mut target = scaled[k].product(&scaled[k]).plus(1.0, &ds.product(&dz));
+                let mut target = scaled.product(scaled).plus(1.0, &ds.product(&dz));
                 target.head -= sigma * mu;
-                scaled[k].divide(&target)
-            });
-            let targets = targets.collect();
+                targets.push(scaled.divide(&target));
+            }
             let way = self.direction(&rows, &energies, &scalings, &scaled, targets);
-            let step = (TO_BOUNDARY * longest(&s, &z, &way)).min(1.0);
+            let step = (TO_BOUNDARY * point.longest(&way)).min(1.0);
             if step.is_nan() || step < STALLED {
                 break;
             }
-            x.iter_mut().zip(&way.x).for_each(|(x, dx)| *x += step * dx);
+            for (x, dx) in point.x.iter_mut().zip(&way.x) {
+                *x += step * dx;
+            }
             for (k, disc) in self.discs.iter().enumerate() {
                 // From u itself, so that rounding does not pile up.
-                for c in 0..d {
-                    s[k].tail[c] = disc.offset[c] + x[2 * d * disc.knot + c];
-                }
-                z[k] = z[k].plus(step, &way.z[k]);
+                point.s[k].tail = disc.offset + self.moved(&point.x, disc);
+                point.z[k] = point.z[k].plus(step, &way.z[k]);
             }
-            energies = rows.residual(&x);
+            energies = rows.residual(&point.x);
         }
-        least.moved = x.chunks_exact(2 * d).flat_map(|state| state[..d].iter().copied()).collect();
+        least.moved = point.x.chunks_exact(2 * d).flat_map(|state| &state[..d]).copied().collect();
         least
+    }
+
+    /// The interpolating spline, and the forces that hold it, shared among the points of each knot.
+    fn start(&self, rows: &mut Rows) -> Point {
+        let x = rows.interpolate();
+        let force = rows.transposed(&rows.residual(&x));
+        let mut points = vec![0.0; rows.knots()];
+        for disc in self.discs {
+            points[disc.knot] += 1.0;
+        }
+        let forces: Vec<DVec3> = self.discs.iter().map(|disc| self.moved(&force, disc) / points[disc.knot]).collect();
+        let mean = forces.iter().map(|force| force.length()).sum::<f64>() / self.discs.len().max(1) as f64;
+        let dual = |force: &DVec3| Cone { head: force.length() + mean.max(HALF_STRAIGHT), tail: *force };
+        let s = self.discs.iter().map(|disc| Cone { head: 1.0, tail: disc.offset }).collect();
+        Point { x, s, z: forces.iter().map(dual).collect() }
     }
 
     /// The Newton step for λ ∘ (W dz + W⁻¹ ds) = −λ ∘ target.
@@ -256,57 +270,36 @@ impl Tube<'_> {
         scalings: &[Scaling],
         scaled: &[Cone],
         target: Vec<Cone>,
-    ) -> Way {
+    ) -> Point {
         let d = self.dimension;
-        let mut rhs = rows.transposed(energies);
-        rhs.iter_mut().for_each(|x| *x = -*x);
+        let mut rhs: Vec<f64> = rows.transposed(energies).iter().map(|x| -x).collect();
         for (k, disc) in self.discs.iter().enumerate() {
             let pull = scalings[k].invert(&target[k].plus(-1.0, &scaled[k]));
-            (0..d).for_each(|c| rhs[2 * d * disc.knot + c] -= pull.tail[c]);
+            for c in 0..d {
+                rhs[2 * d * disc.knot + c] -= pull.tail[c];
+            }
         }
         let x = rows.solve(&rhs, |x, out| {
             for (k, disc) in self.discs.iter().enumerate() {
-                let twice = scalings[k].invert(&scalings[k].invert(&self.at(x, disc)));
-                (0..d).for_each(|c| out[2 * d * disc.knot + c] += twice.tail[c]);
+                let moved = Cone { head: 0.0, tail: self.moved(x, disc) };
+                let twice = scalings[k].invert(&scalings[k].invert(&moved));
+                for c in 0..d {
+                    out[2 * d * disc.knot + c] += twice.tail[c];
+                }
             }
         });
-        let s: Vec<Cone> = self.discs.iter().map(|disc| self.at(&x, disc)).collect();
-        let dual = |k: usize| {
-            let sum = target[k].plus(1.0, &scalings[k].invert(&s[k]));
-            Cone::default().plus(-1.0, &scalings[k].invert(&sum))
-        };
-        let z = (0..s.len()).map(dual).collect();
-        Way { x, s, z }
+        let mut way = Point { x, ..Point::default() };
+        for (k, disc) in self.discs.iter().enumerate() {
+            let s = Cone { head: 0.0, tail: self.moved(&way.x, disc) };
+            let sum = target[k].plus(1.0, &scalings[k].invert(&s));
+            way.s.push(s);
+            way.z.push(Cone::default().plus(-1.0, &scalings[k].invert(&sum)));
+        }
+        way
     }
 
-    /// The part of a state that a disc sees.
-    fn at(&self, x: &[f64], disc: &Disc) -> Cone {
-        let d = self.dimension;
-        Cone { head: 0.0, tail: std::array::from_fn(|c| if c < d { x[2 * d * disc.knot + c] } else { 0.0 }) }
-    }
-}
-
-/// A direction in all unknowns.
-struct Way {
-    x: Vec<f64>,
-    s: Vec<Cone>,
-    z: Vec<Cone>,
-}
-
-/// The longest step, 1 at most, that keeps all points in their cones.
-fn longest(s: &[Cone], z: &[Cone], way: &Way) -> f64 {
-    let of = |points: &[Cone], ways: &[Cone]| points.iter().zip(ways).map(|(x, way)| x.step(way)).fold(1.0, f64::min);
-    of(s, &way.s).min(of(z, &way.z))
-}
-
-impl Scaling {
-    /// W⁻¹ for vectors without a head: d + 1 rows of d numbers, of which those beyond are not read.
-    fn rows(&self) -> [[f64; 3]; 4] {
-        let columns: [Cone; 3] = std::array::from_fn(|c| {
-            let mut unit = Cone::default();
-            unit.tail[c] = 1.0;
-            self.invert(&unit)
-        });
-        std::array::from_fn(|r| columns.map(|column| if r == 0 { column.head } else { column.tail[r - 1] }))
+    /// The part of a state that a disc sees: the move of its knot.
+    fn moved(&self, x: &[f64], disc: &Disc) -> DVec3 {
+        vector(&x[2 * self.dimension * disc.knot..][..self.dimension])
     }
 }

@@ -3,13 +3,13 @@
 use glam::{DMat3, DVec3};
 
 use super::quadric::positive;
-use super::{Quadric, Surface};
+use super::{Kind, Quadric, Surface};
 use crate::error::Result;
 
 /// A sphere or a spheroid on which points are longitudes and latitudes in degrees.
 ///
-/// Latitudes are geodetic: the angle of the normal with the plane of the equator. On a sphere that is the angle at the
-/// centre. Heights are along the normal.
+/// Latitudes are geodetic: the angle of the normal with the plane of the equator. On a sphere that
+/// is the angle at the centre. Heights are along the normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Globe {
     /// The radius of the equator.
@@ -39,7 +39,7 @@ impl Globe {
         Quadric { name: self.name(), ..self.nameless() }
     }
 
-    /// The surface without a name, which costs time.
+    /// The surface without a name, which takes time to format.
     fn nameless(&self) -> Quadric {
         let name = String::new();
         match *self {
@@ -48,7 +48,8 @@ impl Globe {
         }
     }
 
-    /// The place of a longitude and a latitude, in degrees, in space: x towards (0°, 0°), z towards the north pole.
+    /// The place of a longitude and a latitude, in degrees, in space: x towards (0°, 0°), z towards
+    /// the north pole.
     pub fn place(&self, longitude: f64, latitude: f64) -> DVec3 {
         let [(sin_lon, cos_lon), (sin_lat, cos_lat)] = [longitude, latitude].map(sin_cos_of_degrees);
         // N = a²/√(a² cos²φ + b² sin²φ)
@@ -64,37 +65,45 @@ impl Globe {
         [DVec3::new(-sin_lon, cos_lon, 0.0), DVec3::new(-sin_lat * cos_lon, -sin_lat * sin_lon, cos_lat)]
     }
 
-    /// The velocities to the east and to the north of a motion by so many degrees of longitude and of latitude, in a unit of time.
-    ///
-    /// Along the parallel the radius is N cos φ, and along the meridian M = a²b²/(a² cos²φ + b² sin²φ)^3/2.
-    pub(crate) fn ground_velocity(&self, latitude: f64, rates: [f64; 2]) -> [f64; 2] {
-        let (sin, cos) = sin_cos_of_degrees(latitude);
+    /// √(a² cos²φ + b² sin²φ) = a²/N, and the radius M = a²b²/(a² cos²φ + b² sin²φ)^3/2 of a
+    /// meridian.
+    fn meridian(&self, sin: f64, cos: f64) -> [f64; 2] {
         let (a, b) = (self.equatorial, self.polar);
         let root = (a * cos).hypot(b * sin);
-        let radii = [a * (a * cos / root), (a / root) * (b / root) * (a / root) * b];
-        [0, 1].map(|k| rates[k].to_radians() * radii[k])
+        [root, (a / root) * (b / root) * (a / root) * b]
     }
 
-    /// The velocity to the east, to the north and up of a point of a longitude, a latitude and a height whose coordinates
-    /// change at these rates.
+    /// The velocities to the east and to the north for rates of longitude and latitude in degrees.
+    ///
+    /// Along the parallel the radius is N cos φ, and along the meridian M.
+    pub(crate) fn ground_velocity(&self, latitude: f64, rates: [f64; 2]) -> [f64; 2] {
+        let (sin, cos) = sin_cos_of_degrees(latitude);
+        let [root, radius] = self.meridian(sin, cos);
+        let a = self.equatorial;
+        [rates[0].to_radians() * (a * (a * cos / root)), rates[1].to_radians() * radius]
+    }
+
+    /// The velocity to the east, to the north and up of a point of a longitude, a latitude and a
+    /// height whose coordinates change at these rates.
     pub(crate) fn motion(&self, point: DVec3, rates: DVec3) -> DVec3 {
         let [east, north] = self.ground_velocity(point.y, [rates.x, rates.y]);
         DVec3::new(east, north, rates.z)
     }
 
-    /// The curvature within the surface of a curve of longitudes and latitudes with these derivatives, positive where it
-    /// turns left as seen from above: 0 of a geodesic. Heights do not count.
+    /// The curvature within the surface of a curve of longitudes and latitudes with these
+    /// derivatives, positive where it turns left as seen from above: 0 of a geodesic. Heights do
+    /// not count.
     ///
-    /// κ = (α′ + λ′ sin φ)/v with the angle α from the east to the motion, α′ = (e n′ − n e′)/v² (Liouville).
+    /// κ = (α′ + λ′ sin φ)/v with the angle α from the east to the motion, α′ = (e n′ − n e′)/v²
+    /// (Liouville).
     pub(crate) fn curvature(&self, point: DVec3, first: DVec3, second: DVec3) -> f64 {
         let (sin, cos) = sin_cos_of_degrees(point.y);
         let (a, b) = (self.equatorial, self.polar);
         let rates = [first.x.to_radians(), first.y.to_radians()];
         let [east, north] = self.ground_velocity(point.y, [first.x, first.y]);
         let [eastward, northward] = self.ground_velocity(point.y, [second.x, second.y]);
-        let root = (a * cos).hypot(b * sin);
         // M, and its derivative by the latitude.
-        let radius = (a / root) * (b / root) * (a / root) * b;
+        let [root, radius] = self.meridian(sin, cos);
         let radius_change = 3.0 * radius * (a - b) * (a + b) * sin * cos / (root * root);
         let east_change = eastward - radius * sin * rates[1] * rates[0];
         let north_change = northward + radius_change * rates[1] * rates[1];
@@ -106,29 +115,29 @@ impl Globe {
         (turn + rates[0] * sin) / speed
     }
 
-    /// The curvature in space of a curve of longitudes and latitudes: κ² = κ_g² + κ_n², κ_n = (e²/N + n²/M)/v² by Euler.
+    /// The curvature in space of a curve of longitudes and latitudes: κ² = κ_g² + κ_n², κ_n = (e²/N
+    /// + n²/M)/v² by Euler.
     pub(crate) fn curvature_in_space(&self, point: DVec3, first: DVec3, second: DVec3) -> f64 {
         let (sin, cos) = sin_cos_of_degrees(point.y);
-        let (a, b) = (self.equatorial, self.polar);
         let [east, north] = self.ground_velocity(point.y, [first.x, first.y]);
         let speed = east.hypot(north);
         if speed == 0.0 {
             return 0.0;
         }
-        let root = (a * cos).hypot(b * sin);
-        let radii = [a * (a / root), (a / root) * (b / root) * (a / root) * b];
-        let [e, n] = [east / speed, north / speed];
-        self.curvature(point, first, second).hypot(e * e / radii[0] + n * n / radii[1])
+        let [root, radius] = self.meridian(sin, cos);
+        let (e, n, across) = (east / speed, north / speed, self.equatorial * (self.equatorial / root));
+        self.curvature(point, first, second).hypot(e * e / across + n * n / radius)
     }
 
-    /// The velocity in space of a motion by so many degrees of longitude and of latitude, in a unit of time.
+    /// The velocity in space for rates of longitude and latitude in degrees.
     pub(crate) fn velocity(&self, [longitude, latitude]: [f64; 2], rates: [f64; 2]) -> DVec3 {
         let [east, north] = self.compass(longitude, latitude);
         let [eastward, northward] = self.ground_velocity(latitude, rates);
         eastward * east + northward * north
     }
 
-    /// The longitude, from −180° to 180°, and the latitude of a place on the surface. The longitude of a pole is 0.
+    /// The longitude, from −180° to 180°, and the latitude of a place on the surface. The longitude
+    /// of a pole is 0.
     pub fn angles(&self, place: DVec3) -> [f64; 2] {
         let (a, b) = (self.equatorial, self.polar);
         let out = place.x.hypot(place.y);
@@ -138,7 +147,7 @@ impl Globe {
     }
 }
 
-/// That of its [quadric](Globe::surface).
+/// Its [quadric](Globe::surface)'s.
 impl Surface for Globe {
     fn name(&self) -> String {
         let Globe { equatorial, polar } = *self;
@@ -161,20 +170,16 @@ impl Surface for Globe {
         self.nameless().hessian(x)
     }
 
-    fn foot(&self, x: DVec3) -> Option<DVec3> {
-        self.nameless().foot(x)
+    fn project(&self, x: DVec3) -> Option<DVec3> {
+        self.nameless().project(x)
     }
 
-    fn feet(&self, points: &mut [DVec3]) {
-        self.nameless().feet(points);
+    fn project_all(&self, points: &mut [DVec3]) {
+        self.nameless().project_all(points);
     }
 
-    fn quadric(&self) -> Option<Quadric> {
-        Some(self.surface())
-    }
-
-    fn globe(&self) -> Option<Globe> {
-        Some(*self)
+    fn kind(&self) -> Kind {
+        Kind::Globe(*self)
     }
 }
 

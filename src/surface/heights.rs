@@ -7,18 +7,18 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec2, DVec3};
 
-use self::cell::{Cell, Place};
+use self::cell::{AxisPosition, Cell};
 use self::holes::Holes;
-use super::Surface;
+use super::{Surface, SurfaceKernel};
 use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::linalg::{Cyclic, Matrix, TridiagonalBatch, solve_tridiagonal_batch};
 
-/// Places this part of a spacing beyond the grid are taken as on its edge.
+/// Positions this part of a spacing beyond the grid count as on its edge.
 // Not in the kernel: the host judges curves.
 const EDGE: f64 = 1e-9;
 
-/// Steps of the descents to a foot and to a closest point.
+/// The most steps of a projection and of a descent to a closest point.
 const DESCENT_STEPS: usize = 100;
 
 /// Steps of a descent are halved this often at most.
@@ -26,26 +26,27 @@ const MOST_HALVINGS: usize = 40;
 
 /// The surface z = h(x, y) through heights at the nodes of a rectangular grid.
 ///
-/// h is the bicubic spline with natural ends: C², exact at the nodes, and of second derivative 0 across the edges of the
-/// grid. Two rows or two columns are joined by straight lines. x is the column and y is the row, each times its spacing,
-/// from the origin: column j of row i stands at x₀ + j Δx and y₀ + i Δy. A spacing may be negative. Of rows from north to
-/// south Δy is.
+/// h is the bicubic spline with natural ends: C², exact at the nodes, and of second derivative 0
+/// across the edges of the grid. Two rows or two columns are joined by straight lines. Column j of
+/// row i stands at x₀ + j Δx and y₀ + i Δy. A spacing may be negative, such as Δy of rows from
+/// north to south.
 ///
 /// F = z − h(x, y), with the normal upwards. x, y and z are in one unit.
 ///
-/// Heights that are not finite are gaps. Cells that touch one are holes in the terrain, which [`Surface::unknown`] tells. The spline
-/// is laid through neighbours' means there, so that descents do not break.
+/// Heights that are not finite are gaps. Cells next to a gap are holes in the terrain, where the
+/// surface is [undefined](Surface::undefined). The spline goes through neighbours' means there, so
+/// that descents do not break. Beyond the grid h continues along its tangents, C² too, for the same
+/// reason. The surface is undefined there as well.
 ///
-/// Beyond the grid h goes on along its tangents, C² too, so that descents do not break there. What lies there is no
-/// terrain: [`Surface::unknown`] says so.
+/// Fair curves run on GPUs with f64, with a table of 4 numbers per node. They are within 1e-9 of
+/// their size of the CPU's.
 ///
-/// Fair curves run on GPUs with f64, with a table of 4 numbers a node. They are within 1e-9 of their size of the CPU's.
-///
-/// **Accuracy**, where h takes the place of a smooth function: the errors of h, of its slopes and of its second derivatives
-/// fall as D⁴, D³ and D² with the spacing D. For sin(2πx/L) sin(2πy/L) at L = 20 D they are 5.1e-5, 2.5e-4 and 8.2e-3 of
-/// the largest of each. Where terrain bends across an edge of the grid, natural ends spoil a strip along it: errors between
-/// the outermost nodes fall as D², D and 1 only, and are 7.4e-3, 7.7e-2 and 0.84 there. From node to node inwards they
-/// are 2 + √3 = 3.7 times less, and from the fifth node on nothing is left of them beside the others.
+/// **Accuracy** as an approximation of a smooth function: the errors of h, of its slopes and of its
+/// second derivatives fall as D⁴, D³ and D² with the spacing D. For sin(2πx/L) sin(2πy/L) at L = 20
+/// D they are 5.1e-5, 2.5e-4 and 8.2e-3 of the largest of each. If terrain bends across an edge of
+/// the grid, natural ends spoil a strip along it: errors between the outermost nodes fall as D², D
+/// and 1 only, and are 7.4e-3, 7.7e-2 and 0.84 there. They shrink by 2 + √3 = 3.7 from node to node
+/// inwards, and are negligible from the fifth node on.
 ///
 /// **Source**: C. de Boor, *Bicubic spline interpolation*, J. Math. Phys. 41 (1962).
 ///
@@ -75,7 +76,7 @@ pub struct HeightField {
 }
 
 impl HeightField {
-    /// The surface through heights, row after row, of so many rows and columns. Spacings are 1, and the origin is 0.
+    /// The surface through heights, row after row. Spacings are 1, and the origin is 0.
     ///
     /// # Errors
     /// Fewer than two rows or columns. Another number of heights. No height that is finite.
@@ -166,8 +167,8 @@ impl HeightField {
     /// The row and the column of a gap that makes a hole of a place.
     fn hole(&self, x: f64, y: f64) -> Option<[usize; 2]> {
         let [rows, columns] = self.shape;
-        let x = Place::of(x, self.origin[0], self.spacing[0], columns);
-        let y = Place::of(y, self.origin[1], self.spacing[1], rows);
+        let x = AxisPosition::of(x, self.origin[0], self.spacing[0], columns);
+        let y = AxisPosition::of(y, self.origin[1], self.spacing[1], rows);
         holes::beside(self.holes.as_ref()?, columns, &x, &y)
     }
 
@@ -177,8 +178,8 @@ impl HeightField {
     }
 }
 
-/// Second derivatives at the integers of natural cubic splines through the columns of a matrix: rows of 1 4 1 for six times
-/// the second differences.
+/// Second derivatives at the integers of natural cubic splines through the columns of a matrix:
+/// rows of 1 4 1 for six times the second differences.
 fn bends(values: &[f64], columns: usize) -> Vec<f64> {
     let rows = values.len() / columns;
     let (mut beside, mut diagonal, mut rhs) = (vec![1.0; rows], vec![4.0; rows], vec![0.0; values.len()]);
@@ -196,7 +197,7 @@ fn bends(values: &[f64], columns: usize) -> Vec<f64> {
     solve_tridiagonal_batch(&systems, &rhs, columns, &Device::cpu()).expect("lengths that fit together").x
 }
 
-/// The columns of a matrix of so many rows, one after the other.
+/// The columns of a matrix, one after the other.
 fn transposed(values: &[f64], rows: usize) -> Vec<f64> {
     let columns = values.len() / rows;
     (0..values.len()).map(|k| values[k % rows * columns + k / rows]).collect()
@@ -237,8 +238,8 @@ impl Surface for HeightField {
         sheet([change(xxx, xxy), change(xxy, xyy), change(xyy, yyy)])
     }
 
-    /// Where the way along ∇F ends. Steps that would lead up and down between slopes are halved.
-    fn foot(&self, x: DVec3) -> Option<DVec3> {
+    /// By Newton steps along ∇F, which are halved where they would lead up and down between slopes.
+    fn project(&self, x: DVec3) -> Option<DVec3> {
         let (mut foot, mut value) = (x, self.value(x));
         for _ in 0..DESCENT_STEPS {
             let gradient = self.gradient(foot);
@@ -272,24 +273,14 @@ impl Surface for HeightField {
         Some((Arc::new(field), DVec3::new(self.origin[0] + way[0], self.origin[1] + way[1], 0.0)))
     }
 
-    fn wgsl(&self) -> Option<String> {
-        Some(include_str!("../../shaders/surface/heights.wgsl").into())
-    }
-
-    /// Rows, columns, Δx, Δy, x₀, y₀, and the nodes.
-    fn wgsl_table(&self) -> Vec<f64> {
-        let shape = self.shape.map(|count| count as f64);
-        [&shape[..], &self.spacing, &self.origin, self.nodes.as_flattened()].concat()
-    }
-
-    /// Steps of the foot that are halved turn twice.
-    fn wgsl_turns(&self) -> usize {
-        1
+    fn kernel(&self) -> Option<&dyn SurfaceKernel> {
+        Some(self)
     }
 
     /// The closest point of the terrain, by a descent from straight below x.
     ///
-    /// The distance is a minimum, and no longer than straight down. High above a valley another place may be closer.
+    /// The distance is a minimum, and no longer than straight down. High above a valley another
+    /// place may be closer.
     fn closest(&self, x: DVec3) -> Option<DVec3> {
         let away = |at: DVec2| (at - x.truncate()).extend(self.laid(at.x, at.y) - x.z);
         let mut at = x.truncate();
@@ -297,7 +288,8 @@ impl Surface for HeightField {
         for _ in 0..DESCENT_STEPS {
             let cell = Cell::of(self, at.x, at.y);
             let (slope, [xx, xy, yy]) = (cell.slope(), cell.bend());
-            // ½|y − x|² has the gradient (a − x, b − y) + (h − z)∇h and the Hessian I + ∇h∇hᵀ + (h − z)∇²h.
+            // ½|y − x|² has the gradient (a − x, b − y) + (h − z)∇h and the Hessian I + ∇h∇hᵀ + (h
+            // − z)∇²h.
             let gradient = from.truncate() + from.z * slope;
             let hessian = |height: f64| {
                 let (diagonal, beside) =
@@ -339,7 +331,7 @@ impl Surface for HeightField {
         Some(DVec3::new(x, y, self.height(x, y)))
     }
 
-    fn unknown(&self, x: DVec3) -> Option<String> {
+    fn undefined(&self, x: DVec3) -> Option<String> {
         let bounds = self.bounds();
         let is_within = |axis: usize| {
             let slack = EDGE * self.spacing[axis].abs();
@@ -353,6 +345,23 @@ impl Surface for HeightField {
         }
         let [[left, right], [lowest, highest]] = bounds;
         Some(format!("lies beyond the grid of x from {left} to {right} and y from {lowest} to {highest}"))
+    }
+}
+
+impl SurfaceKernel for HeightField {
+    fn text(&self) -> String {
+        include_str!("../../shaders/surface/heights.wgsl").into()
+    }
+
+    /// Rows, columns, Δx, Δy, x₀, y₀, and the nodes.
+    fn table(&self) -> Vec<f64> {
+        let shape = self.shape.map(|count| count as f64);
+        [&shape[..], &self.spacing, &self.origin, self.nodes.as_flattened()].concat()
+    }
+
+    /// A step of the projection that is halved takes two.
+    fn loop_iterations(&self) -> usize {
+        1
     }
 }
 

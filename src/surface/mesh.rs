@@ -19,50 +19,55 @@ use crate::error::Result;
 
 /// The smooth surface that a triangle mesh stands for.
 ///
-/// Triangles have no curvature. So curves lie in a surface near them, which has: F = Σ wᵢ Fᵢ / Σ wᵢ, a partition of unity of
-/// patches, one a vertex (after Y. Ohtake, A. Belyaev, M. Alexa, G. Turk, H.-P. Seidel, *Multi-level partition of unity
-/// implicits*, SIGGRAPH 2003).
+/// Triangles have no curvature. So curves lie in a smooth surface near them: F = Σ wᵢ Fᵢ / Σ wᵢ, a
+/// partition of unity with one patch per vertex (after Y. Ohtake, A. Belyaev, M. Alexa, G. Turk,
+/// H.-P. Seidel, *Multi-level partition of unity implicits*, SIGGRAPH 2003).
 ///
-/// - Fᵢ = r φ(s) with s = (x − pᵢ)/r is zero at vertex pᵢ: φ = n·s + ½ sᵀS s and a cubic of the coordinates of s in the plane
-///   across n. Normal, curvatures and cubic are fitted by least squares to the vertices of two rings of neighbours, and of
-///   three where two are small. S has the mean curvature along n, so that the vertices of a sphere give the sphere, to
-///   rounding. A vertex of fewer than 12 neighbours around has no cubic; one of fewer than 6 has a plane.
-/// - wᵢ = (1 − |s|²)⁴ within the reach r, which is 2.5 mean edges of the vertex, or 1.25 of its longest if that is more.
+/// - Fᵢ = r φ(s) with s = (x − pᵢ)/r is zero at vertex pᵢ: φ = n·s + ½ sᵀS s and a cubic of the
+///   coordinates of s in the plane orthogonal to n. Normal, curvatures and cubic are least-squares
+///   fits to the vertices of two rings of neighbours, or of three if two are small. S has the mean
+///   curvature along n, so that the vertices of a sphere give the sphere, to rounding. A vertex
+///   with fewer than 12 vertices around it has no cubic; with fewer than 6 it has a plane.
+/// - wᵢ = (1 − |s|²)⁴ within the reach r, which is 2.5 mean edges of the vertex, or 1.25 of its
+///   longest if that is more.
 ///
-/// F has three continuous derivatives, and all are exact, so that Newton's method converges as in other surfaces. F is of the
-/// dimension of a length, and near the distance from the surface. Out of reach of all vertices it is NaN.
+/// F has three continuous and exact derivatives, so Newton's method converges as in other surfaces.
+/// F is a length, close to the distance from the surface. Out of reach of all vertices it is NaN.
 ///
 /// # Accuracy
 ///
-/// For vertices in a smooth surface and edges of length h, places have errors of order h⁴, normals of h³ and curvatures of
-/// h². Largest errors found, on the torus of radii 1 and ½ and vertices shaken by a quarter of an edge:
+/// For vertices in a smooth surface and edges of length h, positions have errors of order h⁴,
+/// normals of h³ and curvatures of h². Largest errors found, on the torus of radii 1 and ½ and
+/// vertices shaken by a quarter of an edge:
 ///
-/// | h | place | normal | curvature | at a rim: place | normal | curvature |
+/// | h | position | normal | curvature | at a rim: position | normal | curvature |
 /// |---|---|---|---|---|---|---|
 /// | 0.18 | 5.5e-4 | 3.5e-3 | 8.7e-2 | 6.1e-4 | 4.9e-2 | 1.6 |
 /// | 0.09 | 3.1e-5 | 3.9e-4 | 1.4e-2 | 5.0e-5 | 5.9e-3 | 0.38 |
 /// | 0.046 | 2.8e-6 | 6.1e-5 | 5.2e-3 | 2.9e-6 | 5.1e-4 | 5.7e-2 |
 ///
-/// So a curvature has two orders less than a place, and at rims it is ten to thirty times as wrong. Lengths of geodesics and
-/// energies of fair curves have errors of about order h⁴, as places. The length of the torus's inner equator is off by 6e-3,
-/// 3e-4 and 1.5e-5 of itself for h of 0.3, 0.15 and 0.08, and the energy of a fair curve in the ellipsoid of semi-axes 1.5, 1.2
-/// and 1 by 6e-4, 6e-5 and 4e-6 for h of 0.37, 0.19 and 0.09.
+/// So a curvature has two orders less than a position, and at rims it is ten to thirty times as
+/// wrong. Lengths of geodesics and energies of fair curves converge about as h⁴. The length of the
+/// torus's inner equator is off by 6e-3, 3e-4 and 1.5e-5 of itself for h of 0.3, 0.15 and 0.08, and
+/// the energy of a fair curve in the ellipsoid of semi-axes 1.5, 1.2 and 1 by 6e-4, 6e-5 and 4e-6
+/// for h of 0.37, 0.19 and 0.09.
 ///
-/// Vertices are taken as they stand. Noise of a scan is in the surface too: smooth the mesh first. Creases are rounded within
-/// about a reach, and the surface swings beside them: geodesics over the edge of a cube are too long by a part of about h/10.
+/// Vertices are interpolated. Noise of a scan is in the surface too: smooth the mesh first. Creases
+/// are rounded within about a reach, and the surface oscillates near them: geodesics over the edge
+/// of a cube are too long by about h/10 of their length.
 ///
 /// # On GPUs
 ///
-/// Fair curves run on GPUs with f64, with the patches in a table of 23 numbers a vertex and of 25 to 50 for the lists of those
-/// that reach into a place. Fair curves there are within 1e-9 of their size of the CPU's. A curve of which a step leaves the
-/// reach of all patches is left to the CPU.
+/// Fair curves run on GPUs with f64, with a table of 23 numbers per vertex for the patches and 25
+/// to 50 for the lists of patches that reach into a cell. They are within 1e-9 of their size of the
+/// CPU's. The CPU fits a curve if a step leaves the reach of all patches.
 ///
-/// # Where it is not known
+/// # Where it is undefined
 ///
-/// - Beyond rims: the surface goes on for a reach.
-/// - Where two sheets are within reach of each other, their patches mix. Smaller triangles keep them apart. Sheets mix
-///   where the normals of vertices within reach are more than 120° apart, or where a vertex stands above another that edges
-///   lead to by a detour.
+/// - Beyond rims, although the surface continues for a reach.
+/// - Where two sheets are within reach of each other, because their patches mix. Smaller triangles
+///   keep them apart. Sheets mix where the normals of vertices within reach are more than 120°
+///   apart, or where edges lead to a vertex above another only by a detour.
 ///
 /// ```
 /// use faircurve::surface::{Mesh, Surface};
@@ -79,29 +84,30 @@ use crate::error::Result;
 /// let roof = Mesh::new(&vertices, &triangles)?;
 /// let top = roof.closest(DVec3::new(0.05, 0.3, 0.2)).unwrap();
 /// assert!((top.z + 0.5 * top.x * top.x).abs() < 1e-4);
-/// assert_eq!(roof.unknown(top), None);
-/// assert_eq!(roof.unknown(DVec3::new(0.38, 0.75, -0.072)).unwrap(), "lies beyond the mesh, at a hole or its rim");
+/// assert_eq!(roof.undefined(top), None);
+/// assert_eq!(roof.undefined(DVec3::new(0.38, 0.75, -0.072)).unwrap(), "lies beyond the mesh, at a hole or its rim");
 /// # Ok::<(), faircurve::Error>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Mesh {
     sheet: Arc<Sheet>,
-    /// The middle of the box around the vertices, from which the sheet is measured.
+    /// The middle of the box around the vertices: the sheet's origin.
     middle: DVec3,
 }
 
 impl Mesh {
     /// The surface of triangles of vertices that are counted from 0.
     ///
-    /// Vertices at the same place are merged. Vertices of no triangle, and triangles with two vertices at one place are
-    /// passed over. Triangles are turned over where neighbours have another orientation.
+    /// Coincident vertices are merged. Vertices without a triangle and triangles with two
+    /// coincident vertices are ignored. Triangles are turned over until all have the same
+    /// orientation.
     ///
     /// # Errors
     /// - No triangles, or none with three corners and an area.
-    /// - A vertex that is not there, or is not finite.
+    /// - A missing vertex, or one that is not finite.
     /// - An edge of more than two triangles.
-    /// - A mesh of one side, as a Möbius band.
-    /// - Sheets that are within reach of each other everywhere, as those of a cube of 8 vertices.
+    /// - A mesh of one side, such as a Möbius band.
+    /// - Sheets that are within reach of each other everywhere, as in a cube of 8 vertices.
     pub fn new(vertices: &[[f64; 3]], triangles: &[[usize; 3]]) -> Result<Self> {
         let mut topology = Topology::new(vertices, triangles)?;
         let middle = topology.move_to_middle();
@@ -109,7 +115,7 @@ impl Mesh {
     }
 }
 
-/// That of its sheet, at its middle.
+/// Its sheet's, moved to its middle.
 impl Surface for Mesh {
     fn name(&self) -> String {
         self.sheet.name()
@@ -136,9 +142,9 @@ impl Surface for Mesh {
         self.sheet.third(x - self.middle, along)
     }
 
-    /// Beyond the reach of the triangles it is the closest point: chords of few points pass there.
-    fn foot(&self, x: DVec3) -> Option<DVec3> {
-        self.sheet.foot(x - self.middle).map(|foot| foot + self.middle)
+    /// Out of reach of the triangles it is the closest point: chords of few points pass there.
+    fn project(&self, x: DVec3) -> Option<DVec3> {
+        self.sheet.project(x - self.middle).map(|x| x + self.middle)
     }
 
     /// From the closest point of the triangles.
@@ -152,8 +158,8 @@ impl Surface for Mesh {
     }
 
     /// Beyond a rim by more than a tenth of the longest side there. Where sheets mix.
-    fn unknown(&self, x: DVec3) -> Option<String> {
-        self.sheet.unknown(x - self.middle)
+    fn undefined(&self, x: DVec3) -> Option<String> {
+        self.sheet.undefined(x - self.middle)
     }
 }
 

@@ -1,7 +1,8 @@
 //! [`Surface`]: regular surfaces F(x) = 0 that curves lie in.
 //!
-//! [`Fair::surface`](crate::discrete::Fair::surface) keeps every vertex of a curve in one. What a surface says of itself
-//! is F with its derivatives. The unit normal is n = ∇F/|∇F|, and the scale of F does not count.
+//! [`Fair::surface`](crate::discrete::Fair::surface) keeps every vertex of a curve in one. A
+//! surface gives F with its derivatives. The unit normal is n = ∇F/|∇F|, and the scale of F does
+//! not count.
 //!
 //! - [`Quadric`]: plane, sphere, spheroid, ellipsoid, cylinder, cone.
 //! - [`Torus`].
@@ -31,7 +32,7 @@ pub use named::named;
 pub use quadric::Quadric;
 pub use torus::Torus;
 
-/// Steps that lead to a foot from wherever the curve's descent has gone.
+/// The most Newton steps of a projection.
 ///
 /// Each squares the distance over the radius of curvature. 6 are enough from half a radius.
 const MOST_STEPS: usize = 50;
@@ -50,8 +51,39 @@ const DIFFERENCE: f64 = 6e-6;
 /// let sphere = Quadric::sphere(2.0);
 /// assert_eq!(sphere.closest(DVec3::new(0.0, 3.0, 0.0)), Some(DVec3::new(0.0, 2.0, 0.0)));
 /// ```
+///
+/// Your own surface needs a name, F, ∇F and ∇²F:
+///
+/// ```
+/// use faircurve::surface::Surface;
+/// use glam::{DMat3, DVec3};
+///
+/// #[derive(Debug)]
+/// struct Bowl;
+///
+/// impl Surface for Bowl {
+///     fn name(&self) -> String {
+///         "the bowl z = (x² + y²)/2".into()
+///     }
+///
+///     fn value(&self, x: DVec3) -> f64 {
+///         x.z - 0.5 * (x.x * x.x + x.y * x.y)
+///     }
+///
+///     fn gradient(&self, x: DVec3) -> DVec3 {
+///         DVec3::new(-x.x, -x.y, 1.0)
+///     }
+///
+///     fn hessian(&self, _: DVec3) -> DMat3 {
+///         DMat3::from_diagonal(DVec3::new(-1.0, -1.0, 0.0))
+///     }
+/// }
+///
+/// let projection = Bowl.project(DVec3::new(1.0, 0.0, 0.6)).unwrap();
+/// assert!(Bowl.value(projection).abs() < 1e-12);
+/// ```
 pub trait Surface: Debug + Send + Sync {
-    /// What it is, for messages, such as `the sphere of radius 1`.
+    /// A name for messages, such as `the sphere of radius 1`.
     fn name(&self) -> String;
 
     /// F at x, of any scale.
@@ -65,7 +97,7 @@ pub trait Surface: Debug + Send + Sync {
 
     /// The derivative of the Hessian at x in a direction.
     ///
-    /// By default the central difference of Hessians. Newton's method takes it where curves bend in the surface.
+    /// By default the central difference of Hessians. Newton's method for curves uses it.
     fn third(&self, x: DVec3, along: DVec3) -> DMat3 {
         let length = along.length();
         if length == 0.0 {
@@ -76,122 +108,200 @@ pub trait Surface: Debug + Send + Sync {
         (self.hessian(x + step) - self.hessian(x - step)) * (0.5 * length / h)
     }
 
-    /// F, ∇F and the second derivatives at x at once, for surfaces that find them together in less time.
+    /// F, ∇F and ∇²F at x, for surfaces that find them together in less time.
     fn jet(&self, x: DVec3) -> (f64, DVec3, DMat3) {
         (self.value(x), self.gradient(x), self.hessian(x))
     }
 
-    /// A point of the surface near x: where the way along ∇F ends. `None` if it leads nowhere.
+    /// Projects x onto the surface by Newton steps along ∇F. `None` if they do not converge.
     ///
     /// It is the closest point to second order in the distance.
-    fn foot(&self, x: DVec3) -> Option<DVec3> {
-        below(self, x, 0.0)
+    fn project(&self, x: DVec3) -> Option<DVec3> {
+        projected(|x| (self.value(x), self.gradient(x)), x, 0.0)
     }
 
-    /// The feet of many points at once, for surfaces that find them together in less time. A point that has none becomes NaN.
-    fn feet(&self, points: &mut [DVec3]) {
-        points.iter_mut().for_each(|x| *x = self.foot(*x).unwrap_or(DVec3::NAN));
+    /// Projects many points, for surfaces that do so together in less time. A point without a
+    /// projection becomes NaN.
+    fn project_all(&self, points: &mut [DVec3]) {
+        for x in points {
+            *x = self.project(*x).unwrap_or(DVec3::NAN);
+        }
     }
 
     /// The closest point of the surface, for points near it. `None` if there is none near.
     ///
-    /// By default Newton's method on y + μ ∇F(y) = x and F(y) = 0, from the foot.
+    /// By default Newton's method on y + μ ∇F(y) = x and F(y) = 0, from the projection.
     fn closest(&self, x: DVec3) -> Option<DVec3> {
-        let closest = straight_below(self, x, self.foot(x)?, 0.0)?;
-        self.foot(closest)
+        let closest = closest_from(self, x, self.project(x)?, 0.0)?;
+        self.project(closest)
     }
 
-    /// The surface in coordinates of its own, and where their origin lies. `None` for surfaces that need none.
+    /// The surface in local coordinates, and where their origin lies. `None` for surfaces that need
+    /// none.
     ///
-    /// Far from the origin, such as in metres of a map's grid, the digits of a coordinate are no longer those of the surface.
+    /// Far from the origin, such as in metres of a map's grid, coordinates have too few digits.
     fn local(&self) -> Option<(Arc<dyn Surface>, DVec3)> {
         None
     }
 
-    /// F and its derivatives in WGSL, if curves in the surface are to run on GPUs with f64. Quadrics have no need of it.
+    /// F and its derivatives for GPUs with f64. Quadrics need none.
     ///
-    /// The functions are `surface_value(x: vector) -> real`, `surface_gradient(x: vector) -> vector`,
-    /// `surface_hessian(x: vector) -> matrix` and `surface_third(x: vector, along: vector) -> matrix`, as those of this trait. They use
-    /// the aliases `real`, `vector` and `matrix`, and may call `outer(a, b)`, the matrix a bᵀ, and `diagonal(a)`, a times the unit
-    /// matrix. Everything else that the text defines needs a name of its own, such as `surface_radius`.
-    ///
-    /// Where this trait's defaults are not used, the text has these functions too:
-    ///
-    /// - `surface_jet(x: vector) -> SurfaceJet` for [`jet`](Self::jet). The members of `SurfaceJet` are `value: real`,
-    ///   `gradient: vector` and `hessian: matrix`.
-    /// - `surface_foot(x: vector) -> vector` for [`foot`](Self::foot). Where there is none it returns `surface_nowhere(x)`, and the
-    ///   step that led there is refused. Where the text cannot tell it returns `surface_left(x)`, and the whole curve is left to
-    ///   the CPU.
-    ///
-    /// The [local](Self::local) surface is asked for the text, and coordinates are its own. The text reads the numbers of
-    /// [`wgsl_table`](Self::wgsl_table) as `surface_table[k]`.
-    fn wgsl(&self) -> Option<String> {
+    /// The [local](Self::local) surface is asked for it, and coordinates are local.
+    fn kernel(&self) -> Option<&dyn SurfaceKernel> {
         None
     }
 
-    /// The numbers that the [text](Self::wgsl) reads, for surfaces of more numbers than a text should hold.
-    ///
-    /// They are one array for all curves, of type `array<real>`. Whole numbers up to 2⁵³ are exact. It takes the ninth storage
-    /// binding of a kernel. Devices that have only eight, or no room for it in one binding, leave the curves to the CPU.
-    fn wgsl_table(&self) -> Vec<f64> {
-        vec![]
+    /// What is known of the surface besides F.
+    fn kind(&self) -> Kind {
+        Kind::General
     }
 
-    /// How often loops turn in one call of a function of the [text](Self::wgsl), and in one step of its foot, at the most.
-    ///
-    /// Drivers of software end the loops of a thread after 65,535 turns in all. Curves that may need as many at once, and
-    /// those whose loops were ended, are left to the CPU.
-    fn wgsl_turns(&self) -> usize {
-        0
+    /// Name of [`project`](Self::project) until callers have changed.
+    #[doc(hidden)]
+    fn foot(&self, x: DVec3) -> Option<DVec3> {
+        self.project(x)
     }
 
-    /// The surface as a quadric, if it is one. Curves in quadrics are the fastest.
+    /// Name of [`project_all`](Self::project_all) until callers have changed.
+    #[doc(hidden)]
+    fn feet(&self, points: &mut [DVec3]) {
+        self.project_all(points);
+    }
+
+    /// Part of [`kind`](Self::kind) until callers have changed.
+    #[doc(hidden)]
     fn quadric(&self) -> Option<Quadric> {
-        None
+        self.kind().quadric()
     }
 
-    /// The point of the surface over x and y, where planar points name one, as on terrain. `None` for other surfaces.
+    /// Part of [`kind`](Self::kind) until callers have changed.
+    #[doc(hidden)]
+    fn globe(&self) -> Option<Globe> {
+        self.kind().globe()
+    }
+
+    /// Part of [`kernel`](Self::kernel) until callers have changed.
+    #[doc(hidden)]
+    fn wgsl(&self) -> Option<String> {
+        self.kernel().map(SurfaceKernel::text)
+    }
+
+    /// Part of [`kernel`](Self::kernel) until callers have changed.
+    #[doc(hidden)]
+    fn wgsl_table(&self) -> Vec<f64> {
+        self.kernel().map(SurfaceKernel::table).unwrap_or_default()
+    }
+
+    /// Part of [`kernel`](Self::kernel) until callers have changed.
+    #[doc(hidden)]
+    fn wgsl_turns(&self) -> usize {
+        self.kernel().map_or(0, SurfaceKernel::loop_iterations)
+    }
+
+    /// The point over x and y of a surface z = h(x, y), such as terrain. Planar points are lifted
+    /// onto it. `None` for other surfaces.
     fn over(&self, _x: f64, _y: f64) -> Option<DVec3> {
         None
     }
 
-    /// The globe that the surface is, if its points are longitudes and latitudes.
-    fn globe(&self) -> Option<Globe> {
-        None
-    }
-
-    /// Why the surface is not known at a point of it, such as `lies beyond the grid`. `None` where it is known.
+    /// Why the surface is undefined at a point of it, such as `lies beyond the grid`. `None` where
+    /// it is defined.
     ///
-    /// Curves that end at such a point are not taken as fitted.
-    fn unknown(&self, _x: DVec3) -> Option<String> {
+    /// Curves through such a point are infeasible.
+    fn undefined(&self, _x: DVec3) -> Option<String> {
         None
     }
 }
 
-/// Where the way along ∇F from a point ends. F is computed to rounding of the point and of a size.
-fn below(surface: &(impl Surface + ?Sized), x: DVec3, size: f64) -> Option<DVec3> {
-    way_down(|x| (surface.value(x), surface.gradient(x)), x, size)
+/// What is known of a surface besides F.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Kind {
+    /// Nothing.
+    General,
+    /// F is of second degree. Curves in quadrics are the fastest.
+    Quadric(Quadric),
+    /// The points are longitudes and latitudes.
+    Globe(Globe),
 }
 
-/// [`below`], of F and ∇F at a point.
-fn way_down(slope: impl Fn(DVec3) -> (f64, DVec3), x: DVec3, size: f64) -> Option<DVec3> {
-    let mut foot = x;
+impl Kind {
+    /// The quadric, also of a globe.
+    pub fn quadric(self) -> Option<Quadric> {
+        match self {
+            Kind::Quadric(quadric) => Some(quadric),
+            Kind::Globe(globe) => Some(globe.surface()),
+            Kind::General => None,
+        }
+    }
+
+    /// The globe.
+    pub fn globe(self) -> Option<Globe> {
+        if let Kind::Globe(globe) = self { Some(globe) } else { None }
+    }
+}
+
+/// F and its derivatives in WGSL: what curves in a [`Surface`] need to run on GPUs with f64.
+pub trait SurfaceKernel {
+    /// The text.
+    ///
+    /// Its functions are `surface_value(x: vector) -> real`, `surface_gradient(x: vector) ->
+    /// vector`, `surface_hessian(x: vector) -> matrix` and `surface_third(x: vector, along: vector)
+    /// -> matrix`, as in [`Surface`]. They use the aliases `real`, `vector` and `matrix`, and may
+    /// call `outer(a, b)`, the matrix a bᵀ, and `diagonal(a)`, a times the unit matrix. All other
+    /// names that the text defines begin with `surface_`, such as `surface_radius`.
+    ///
+    /// If the surface does not use the defaults of its trait, the text has these functions too:
+    ///
+    /// - `surface_jet(x: vector) -> SurfaceJet` for [`jet`](Surface::jet). The members of
+    ///   `SurfaceJet` are `value: real`, `gradient: vector` and `hessian: matrix`.
+    /// - `surface_foot(x: vector) -> vector` for [`project`](Surface::project). If there is no
+    ///   projection it returns `surface_nowhere(x)`, and the step that led there is refused. If the
+    ///   text cannot tell it returns `surface_left(x)`, and the CPU fits the whole curve.
+    ///
+    /// The text reads the numbers of the [`table`](Self::table) as `surface_table[k]`.
+    fn text(&self) -> String;
+
+    /// Numbers for the text, if there are more than a text should hold.
+    ///
+    /// They are one array for all curves, of type `array<real>`. Whole numbers up to 2⁵³ are exact.
+    /// It takes the ninth storage binding of a kernel. Devices that have only eight, or no room for
+    /// it in one binding, leave the curves to the CPU.
+    fn table(&self) -> Vec<f64> {
+        vec![]
+    }
+
+    /// The most loop iterations in one call of a function of the text, and in one step of its
+    /// projection.
+    ///
+    /// Software drivers end the loops of a thread after 65,535 iterations in all. The CPU fits
+    /// curves that may need as many, and those whose loops were ended.
+    fn loop_iterations(&self) -> usize {
+        0
+    }
+}
+
+/// Projects x by Newton steps along ∇F, to rounding of the point and of a size. `slope` gives F and
+/// ∇F.
+fn projected(slope: impl Fn(DVec3) -> (f64, DVec3), x: DVec3, size: f64) -> Option<DVec3> {
+    let mut x = x;
     for _ in 0..MOST_STEPS {
-        let (value, gradient) = slope(foot);
+        let (value, gradient) = slope(x);
         let step = -value / gradient.length_squared() * gradient;
         if !step.is_finite() {
             return None;
         }
-        foot += step;
-        if step.length() <= 4.0 * f64::EPSILON * foot.abs().max_element().max(size) {
-            return Some(foot);
+        x += step;
+        if step.length() <= 4.0 * f64::EPSILON * x.abs().max_element().max(size) {
+            return Some(x);
         }
     }
     None
 }
 
-/// Newton's method on y + μ ∇F(y) = x and F(y) = 0, from a point of the surface, to rounding of the points and of a size.
-fn straight_below(surface: &(impl Surface + ?Sized), x: DVec3, start: DVec3, size: f64) -> Option<DVec3> {
+/// Newton's method on y + μ ∇F(y) = x and F(y) = 0, from a point of the surface, to rounding of the
+/// points and of a size.
+fn closest_from(surface: &(impl Surface + ?Sized), x: DVec3, start: DVec3, size: f64) -> Option<DVec3> {
     let mut y = start;
     let gradient = surface.gradient(y);
     let mut mu = (x - y).dot(gradient) / gradient.length_squared();

@@ -5,7 +5,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::Surface;
+use super::{Kind, Surface};
 use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::linalg::{Lanes, Operation, Scalar, with_wide_registers};
@@ -19,7 +19,7 @@ pub struct Quadric {
     pub linear: DVec3,
     /// c
     pub constant: f64,
-    /// What it is, for messages.
+    /// A name for messages.
     pub name: String,
 }
 
@@ -121,20 +121,22 @@ impl Surface for Quadric {
         DMat3::ZERO
     }
 
-    fn foot(&self, x: DVec3) -> Option<DVec3> {
-        let foot = DVec3::from_array(Wide::<f64>::of(self).foot(x.to_array()));
-        foot.is_finite().then_some(foot)
+    fn project(&self, x: DVec3) -> Option<DVec3> {
+        let projection = DVec3::from_array(Wide::<f64>::of(self).project(x.to_array()));
+        projection.is_finite().then_some(projection)
     }
 
-    /// As [`foot`](Surface::foot), several at a time.
-    fn feet(&self, points: &mut [DVec3]) {
-        if let Err(Feet { quadric, points }) = with_wide_registers(Feet { quadric: self, points }) {
-            points.iter_mut().for_each(|x| *x = quadric.foot(*x).unwrap_or(DVec3::NAN));
+    /// As [`project`](Surface::project), several at a time.
+    fn project_all(&self, points: &mut [DVec3]) {
+        if let Err(ProjectAll { quadric, points }) = with_wide_registers(ProjectAll { quadric: self, points }) {
+            for x in points {
+                *x = quadric.project(*x).unwrap_or(DVec3::NAN);
+            }
         }
     }
 
-    fn quadric(&self) -> Option<Quadric> {
-        Some(self.clone())
+    fn kind(&self) -> Kind {
+        Kind::Quadric(self.clone())
     }
 }
 
@@ -170,9 +172,9 @@ impl<S: Scalar> Wide<S> {
         S::of(0.5) * dot(x, add(gradient, self.linear)) + self.constant
     }
 
-    /// The root of ½ a t² + s t + F = 0 on the way along ∇F, and one step of Newton's method against its rounding.
+    /// The root of ½ a t² + s t + F = 0 along ∇F, and one Newton step against its rounding.
     #[inline(always)]
-    fn foot(&self, x: Vector<S, 3>) -> Vector<S, 3> {
+    fn project(&self, x: Vector<S, 3>) -> Vector<S, 3> {
         let gradient = add(self.bent(x), self.linear);
         let (square, value, bent) = (dot(gradient, gradient), self.value(x, gradient), self.bent(gradient));
         let root = (square * square - S::of(2.0) * dot(gradient, bent) * value).sqrt();
@@ -182,13 +184,13 @@ impl<S: Scalar> Wide<S> {
     }
 }
 
-/// Points on their way to their feet, as many at a time as an AVX2 register holds.
-struct Feet<'a> {
+/// Projects points, as many at a time as an AVX2 register holds.
+struct ProjectAll<'a> {
     quadric: &'a Quadric,
     points: &'a mut [DVec3],
 }
 
-impl Operation for Feet<'_> {
+impl Operation for ProjectAll<'_> {
     type Output = ();
 
     #[inline(always)]
@@ -202,9 +204,9 @@ impl Operation for Feet<'_> {
                     x[c].set_lane(lane, point[c]);
                 }
             }
-            let foot = wide.foot(x);
+            let projections = wide.project(x);
             for lane in 0..points.len() {
-                points[lane] = DVec3::new(foot[0].lane(lane), foot[1].lane(lane), foot[2].lane(lane));
+                points[lane] = DVec3::from_array(projections.map(|x| x.lane(lane)));
             }
         }
     }

@@ -64,7 +64,7 @@ fn closest_points_are_on_the_surface_and_straight_below() {
         assert!(away.cross(normal).length() < 1e-13 * x.length(), "{name}");
         let height = surface.value(closest) / surface.gradient(closest).length();
         assert!(height.abs() < 1e-15 * x.length(), "{name}: {height}");
-        let foot = surface.foot(x).unwrap();
+        let foot = surface.project(x).unwrap();
         // To second order in the distance.
         assert!((foot - closest).length() < 2.0 * away.length_squared() / x.length(), "{name}");
     }
@@ -76,8 +76,8 @@ fn feet_of_many_points_are_those_of_each() {
         let point = |k: usize| x * (1.0 + 0.01 * (k as f64).sin()) + x.length() * 0.02 * DVec3::new(0.3, -0.2, 0.1);
         let mut points: Vec<DVec3> = (0..7).map(point).collect();
         points[5] = DVec3::NAN;
-        surface.feet(&mut points);
-        let same = |k: usize| points[k] == surface.foot(point(k)).unwrap();
+        surface.project_all(&mut points);
+        let same = |k: usize| points[k] == surface.project(point(k)).unwrap();
         assert!((0..7).all(|k| if k == 5 { points[k].is_nan() } else { same(k) }), "{}", surface.name());
     }
 }

@@ -2,8 +2,8 @@
 
 use glam::{DMat3, DVec3};
 
-use super::Surface;
 use super::quadric::positive;
+use super::{Surface, SurfaceKernel};
 use crate::error::{Error, Result};
 
 /// The torus (√(x² + y²) − R)² + z² = r², with its axis along z.
@@ -56,7 +56,8 @@ impl Surface for Torus {
     }
 
     fn third(&self, x: DVec3, along: DVec3) -> DMat3 {
-        // d[R/ρ (ρ̂ρ̂ᵀ − I)] = −(R/ρ²) (ρ̂·d)(ρ̂ρ̂ᵀ − I) + (R/ρ)(dρ̂ ρ̂ᵀ + ρ̂ dρ̂ᵀ), dρ̂ = φ̂ (φ̂·d)/ρ.
+        // d[R/ρ (ρ̂ρ̂ᵀ − I)] = −(R/ρ²) (ρ̂·d)(ρ̂ρ̂ᵀ − I) + (R/ρ)(dρ̂ ρ̂ᵀ + ρ̂ dρ̂ᵀ), dρ̂ = φ̂
+        // (φ̂·d)/ρ.
         let distance = x.x.hypot(x.y);
         let out = DVec3::new(x.x, x.y, 0.0) / distance;
         let round = DVec3::new(-out.y, out.x, 0.0);
@@ -66,8 +67,14 @@ impl Surface for Torus {
         change * (self.major / (distance * distance * self.minor))
     }
 
-    fn wgsl(&self) -> Option<String> {
+    fn kernel(&self) -> Option<&dyn SurfaceKernel> {
+        Some(self)
+    }
+}
+
+impl SurfaceKernel for Torus {
+    fn text(&self) -> String {
         let text = include_str!("../../shaders/surface/torus.wgsl");
-        Some(text.replace("$MAJOR", &format!("{:?}", self.major)).replace("$MINOR", &format!("{:?}", self.minor)))
+        text.replace("$MAJOR", &format!("{:?}", self.major)).replace("$MINOR", &format!("{:?}", self.minor))
     }
 }

@@ -36,7 +36,7 @@ fn walks(dimension: usize, curves: usize, seed: u64) -> CurveBatch {
 /// Fits of every method to a batch.
 fn fits(batch: &CurveBatch) -> Vec<(String, Fit)> {
     let cpu = Device::cpu();
-    let smoothing = spline::Smoothing { amount: spline::Amount::Lambda(0.1), ..spline::Smoothing::default() };
+    let smoothing = spline::Smoothing { target: spline::SmoothingTarget::Lambda(0.1), ..spline::Smoothing::default() };
     let mut all = vec![
         ("natural".to_string(), spline::Natural::default().fit(batch, &cpu).unwrap()),
         ("smoothing".into(), smoothing.fit(batch, &cpu).unwrap()),

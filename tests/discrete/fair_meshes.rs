@@ -148,9 +148,9 @@ fn curves_far_from_a_hole_are_fitted_and_the_hole_is_not_known() {
     let [found, wanted] = [&surface, &exact].map(|surface| fitted::<3>(&within(surface), &one(&points, false), 16));
     assert_eq!(found.1.status, CurveStatus::Converged, "{:?}", found.1);
     assert!(apart(&found.0, &wanted.0) < 1e-3 && (found.1.energy / wanted.1.energy - 1.0).abs() < 1e-2);
-    assert!(found.0.iter().all(|v| surface.unknown(DVec3::from_array(*v)).is_none()));
+    assert!(found.0.iter().all(|v| surface.undefined(DVec3::from_array(*v)).is_none()));
     for over in [on(0.0, 0.0), on(0.1, 0.1), on(0.0, -0.4)] {
-        let why = surface.unknown(over);
+        let why = surface.undefined(over);
         assert_eq!(why.as_deref(), Some("lies beyond the mesh, at a hole or its rim"), "{over}");
     }
 }

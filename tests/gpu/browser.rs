@@ -15,7 +15,7 @@ use faircurve::linalg::block_ring::{BlockBatch, solve_blocks_on_gpu};
 use faircurve::linalg::ring::{RingKernel, solve_on_gpu};
 use faircurve::linalg::{Cyclic, Matrix, TridiagonalBatch};
 use faircurve::scf::{Query, Smooth, evaluate_segments};
-use faircurve::spline::{Amount, Natural, Smoothing, uniform};
+use faircurve::spline::{Natural, Smoothing, SmoothingTarget, uniform};
 use faircurve::{CurveBatch, Device, Precision, Sampling};
 use rand::RngExt;
 use serde_json::{Value, json};
@@ -142,7 +142,7 @@ fn splines(device: &Device) -> faircurve::Result<()> {
         Natural::default().fit_sampled(&batch, sampling, device)?;
     }
     // Little smoothing, so that the system stays as well conditioned as the others.
-    Smoothing { amount: Amount::Lambda(1e-4), ..Smoothing::default() }.fit(&batch, device)?;
+    Smoothing { target: SmoothingTarget::Lambda(1e-4), ..Smoothing::default() }.fit(&batch, device)?;
     let coefficients = uniform::coefficients(&batch, device)?;
     uniform::interpolated(&coefficients, device)?;
     uniform::subdivide(&coefficients, 2, device)?;

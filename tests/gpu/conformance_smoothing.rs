@@ -1,6 +1,6 @@
 //! Smoothing splines on the GPU are those of the CPU.
 
-use faircurve::spline::{Amount, Smoothing};
+use faircurve::spline::{Smoothing, SmoothingTarget};
 use faircurve::{CurveBatch, Precision, Sampling};
 use rand::RngExt;
 
@@ -46,7 +46,7 @@ fn for_a_given_lambda_every_curve_is_the_cpus() {
     let cases = [("storms", batches::storms()), ("walks, 2-D", weighted(2)), ("walks, 3-D", weighted(3))];
     for (name, batch) in cases {
         for (lambda, pin_ends) in [(1e-3, false), (0.1, true), (10.0, false)] {
-            let smoothing = Smoothing { amount: Amount::Lambda(lambda), pin_ends, ..Smoothing::default() };
+            let smoothing = Smoothing { target: SmoothingTarget::Lambda(lambda), pin_ends, ..Smoothing::default() };
             let name = format!("{name}, λ = {lambda}, pinned: {pin_ends}");
             conform(&name, &device, tolerance::SMOOTHING, Unit::Each(&sizes(&batch, &smoothing)), |device| {
                 let (fit, samples) = smoothing.fit_sampled(&batch, SAMPLING, device).unwrap();
@@ -59,7 +59,7 @@ fn for_a_given_lambda_every_curve_is_the_cpus() {
 #[test]
 fn nasty_curves_have_the_cpus_statuses_and_spoil_no_neighbour() {
     let Some(device) = device() else { return };
-    let smoothing = Smoothing { amount: Amount::Lambda(1e-6), ..Smoothing::default() };
+    let smoothing = Smoothing { target: SmoothingTarget::Lambda(1e-6), ..Smoothing::default() };
     for batch in [batches::nasty(2), batches::nasty(3), batches::nasty_parameters()] {
         conform("nasty curves", &device, tolerance::SMOOTHING, Unit::Each(&sizes(&batch, &smoothing)), |device| {
             let (fit, samples) = smoothing.fit_sampled(&batch, SAMPLING, device).unwrap();
@@ -72,7 +72,8 @@ fn nasty_curves_have_the_cpus_statuses_and_spoil_no_neighbour() {
 fn a_deviation_is_kept_by_every_curve_in_every_precision_and_in_f64_by_the_cpus_lambda() {
     let Some(device) = device() else { return };
     let batch = batches::storms();
-    let smoothing = Smoothing { amount: Amount::Deviation(0.3.into()), pin_ends: true, ..Smoothing::default() };
+    let smoothing =
+        Smoothing { target: SmoothingTarget::Deviation(0.3.into()), pin_ends: true, ..Smoothing::default() };
     let cpu = smoothing.fit(&batch, &faircurve::Device::cpu()).unwrap();
     for precision in common::precisions(device.as_gpu().unwrap()) {
         let gpu = smoothing.fit(&batch, &device.clone().with_precision(precision)).unwrap();
@@ -97,17 +98,20 @@ fn closed_curves_that_would_collapse_are_stopped_where_the_cpu_stops_them() {
     let Some(device) = device() else { return };
     let mut rng = seeded(320);
     let batch = batches::walks(2, &(4..=40).collect::<Vec<_>>(), &mut rng).closed(true);
-    for amount in
-        [Amount::Lambda(1e-2), Amount::Lambda(1e6), Amount::Deviation(0.4.into()), Amount::Deviation(50.0.into())]
-    {
-        let smoothing = Smoothing { amount, ..Smoothing::default() };
+    for target in [
+        SmoothingTarget::Lambda(1e-2),
+        SmoothingTarget::Lambda(1e6),
+        SmoothingTarget::Deviation(0.4.into()),
+        SmoothingTarget::Deviation(50.0.into()),
+    ] {
+        let smoothing = Smoothing { target, ..Smoothing::default() };
         let on = |device: &faircurve::Device| smoothing.fit_splines(&batch, device).unwrap();
         let (splines, reports) = on(&faircurve::Device::cpu());
         for precision in common::precisions(device.as_gpu().unwrap()) {
             let (found, of_device) = on(&device.clone().with_precision(precision));
             let (mut stopped, mut other) = (0, 0);
             for (i, (found_report, report)) in of_device.iter().zip(&reports).enumerate() {
-                assert_eq!(found_report.status, report.status, "curve {i}, {amount:?}");
+                assert_eq!(found_report.status, report.status, "curve {i}, {target:?}");
                 if found_report.message.is_some() && report.message.is_some() {
                     // Both are the CPU's.
                     stopped += 1;
@@ -117,16 +121,16 @@ fn closed_curves_that_would_collapse_are_stopped_where_the_cpu_stops_them() {
                         let polylines = splines.polylines(SAMPLING);
                         polylines.points(i).to_vec()
                     });
-                    assert_eq!(found, wanted, "curve {i}, {amount:?}");
+                    assert_eq!(found, wanted, "curve {i}, {target:?}");
                 } else {
                     other += usize::from(found_report.message.is_some() != report.message.is_some());
                 }
             }
-            println!("{amount:?}, {precision:?}: {stopped} of {} stopped", batch.len());
+            println!("{target:?}, {precision:?}: {stopped} of {} stopped", batch.len());
             // Where a size is within rounding of its share, f32 may decide otherwise.
             let most = if precision == Precision::F64 { 0 } else { 1 };
             assert!(other <= most, "{other} curves stopped by one device alone");
-            let all = [Amount::Lambda(1e6), Amount::Deviation(50.0.into())].contains(&amount);
+            let all = [SmoothingTarget::Lambda(1e6), SmoothingTarget::Deviation(50.0.into())].contains(&target);
             assert!(stopped == batch.len() || !all, "{stopped}");
         }
     }
@@ -136,7 +140,7 @@ fn closed_curves_that_would_collapse_are_stopped_where_the_cpu_stops_them() {
 fn the_least_curve_within_a_distance_is_the_cpus_and_says_so() {
     let Some(device) = device() else { return };
     let batch = batches::storms();
-    let smoothing = Smoothing { amount: Amount::Tube(0.5.into()), ..Smoothing::default() };
+    let smoothing = Smoothing { target: SmoothingTarget::Tube(0.5.into()), ..Smoothing::default() };
     let (fit, samples) = smoothing.fit_sampled(&batch, SAMPLING, &device).unwrap();
     let (of_cpu, wanted) = smoothing.fit_sampled(&batch, SAMPLING, &faircurve::Device::cpu()).unwrap();
     assert_eq!((fit.device(), samples.coords()), (of_cpu.device(), wanted.coords()));

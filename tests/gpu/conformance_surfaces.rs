@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use faircurve::discrete::{Energy, Fair, Limits, Pins, attachment, bending, geodesic_bending, length, tautness};
-use faircurve::surface::{Globe, Quadric, Surface, Torus};
+use faircurve::surface::{Globe, Quadric, Surface, SurfaceKernel, Torus};
 use faircurve::{CurveBatch, CurveStatus, Device, DeviceReport, Precision, Sampling};
 use glam::{DMat3, DVec3};
 use rand::RngExt;
@@ -172,7 +172,13 @@ impl Surface for Ripples {
         DMat3::from_cols(DVec3::new(bend, twist, 0.0), DVec3::new(twist, bend, 0.0), DVec3::ZERO)
     }
 
-    fn wgsl(&self) -> Option<String> {
+    fn kernel(&self) -> Option<&dyn SurfaceKernel> {
+        if self.has_text { Some(self) } else { None }
+    }
+}
+
+impl SurfaceKernel for Ripples {
+    fn text(&self) -> String {
         let text = "
             // The sine and the cosine in f64, which WGSL's own lack: by halves until the series is exact.
             fn surface_wave(t: real) -> vec2<real> {
@@ -211,7 +217,7 @@ impl Surface for Ripples {
                 let by_y = real(-0.25) * u.x * v.x;
                 return surface_bends(by_x * along.x + by_y * along.y, by_y * along.x + by_x * along.y);
             }";
-        self.has_text.then(|| text.into())
+        text.into()
     }
 }
 

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use faircurve::discrete::{Fair, Segments, geodesic_bending, tautness};
-use faircurve::surface::Surface;
+use faircurve::surface::{Surface, SurfaceKernel};
 use faircurve::{CurveBatch, Device, Precision};
 use glam::{DMat3, DVec3};
 use rand::RngExt;
@@ -50,7 +50,13 @@ impl Surface for Saddle {
         DMat3::ZERO
     }
 
-    fn wgsl(&self) -> Option<String> {
+    fn kernel(&self) -> Option<&dyn SurfaceKernel> {
+        Some(self)
+    }
+}
+
+impl SurfaceKernel for Saddle {
+    fn text(&self) -> String {
         let text = "
             fn surface_bend() -> matrix {
                 let c = -surface_table[2];
@@ -75,14 +81,14 @@ impl Surface for Saddle {
             fn surface_third(x: vector, along: vector) -> matrix {
                 return matrix();
             }";
-        Some(text.replace("VALUE", self.value) + self.more)
+        text.replace("VALUE", self.value) + self.more
     }
 
-    fn wgsl_table(&self) -> Vec<f64> {
+    fn table(&self) -> Vec<f64> {
         [&self.numbers[..], &[300.0, 0.0]].concat()
     }
 
-    fn wgsl_turns(&self) -> usize {
+    fn loop_iterations(&self) -> usize {
         self.turns
     }
 }

@@ -8,7 +8,7 @@ use faircurve::gpu::{Gpu, Interrupted, Pending, once, pipeline};
 use faircurve::laplacian::{Rule, Subdivide};
 use faircurve::linalg::ring::{RingKernel, solve_on_gpu};
 use faircurve::linalg::{Cyclic, Matrix, TridiagonalBatch};
-use faircurve::spline::{Amount, Natural, Smoothing, uniform};
+use faircurve::spline::{Natural, Smoothing, SmoothingTarget, uniform};
 use faircurve::{CurveBatch, CurveReport, CurveStatus, Device, Error, Grids, Precision, Sampling};
 
 use crate::common::batches::walks;
@@ -146,7 +146,7 @@ fn every_method_with_a_status_a_curve_keeps_what_was_finished_before_the_device_
     let polygons = walks(2, &(3..=12).cycle().take(4000).collect::<Vec<_>>(), &mut seeded(307));
     let grids = Grids::new(1, vec![[4, 5]; 400], (0..8000).map(f64::from).collect()).unwrap();
     let said = |reports: &[CurveReport]| reports.iter().map(|own| (own.status, own.message.clone())).collect();
-    let smoothing = Smoothing { amount: Amount::Lambda(0.1), ..Smoothing::default() };
+    let smoothing = Smoothing { target: SmoothingTarget::Lambda(0.1), ..Smoothing::default() };
     let solve = |device: &Device| {
         let matrix = Matrix::Network { excess: &[1.0; 9000], weights: &[1.0; 9000] };
         let offsets: Vec<usize> = (0..=900).map(|i| 10 * i).collect();
@@ -299,6 +299,6 @@ fn a_second_fit_of_the_same_kind_makes_no_arrays_and_has_the_same_bits() {
     let second = (fit(), made());
     assert!(first == second, "{} arrays at first, {} after", first.1, second.1);
     // Another kind in between leaves its numbers where the next has its own.
-    Smoothing { amount: Amount::Lambda(0.1), ..Smoothing::default() }.fit(&batch, &device).unwrap();
+    Smoothing { target: SmoothingTarget::Lambda(0.1), ..Smoothing::default() }.fit(&batch, &device).unwrap();
     assert!(fit() == first.0);
 }

@@ -9,7 +9,7 @@ use faircurve::discrete::{
     Direction, Energy, Fair, Pins, Segments, attachment, bending, length, tension, torsion, variation,
 };
 use faircurve::scf::Smooth;
-use faircurve::spline::{Amount, Natural, Smoothing};
+use faircurve::spline::{Natural, Smoothing, SmoothingTarget};
 use faircurve::topology::{Options, Topology};
 use faircurve::{Constraints, CurveBatch, CurveReport, CurveStatus, Device, Sampling};
 use rand::rngs::StdRng;
@@ -119,7 +119,12 @@ fn maps_of_any_batch_have_a_status_each_and_share_what_they_shared() {
         };
         let smoothing = pick(
             rng,
-            &[None, Some(Amount::Lambda(0.1)), Some(Amount::Deviation(OfSize(0.3))), Some(Amount::Tube(0.3.into()))],
+            &[
+                None,
+                Some(SmoothingTarget::Lambda(0.1)),
+                Some(SmoothingTarget::Deviation(OfSize(0.3))),
+                Some(SmoothingTarget::Tube(0.3.into())),
+            ],
         );
         let sampling = pick(rng, &[Sampling::PerSpan(3), Sampling::Count(4), Sampling::Spacing(0.4)]);
         let mends = rng.random_range(0..2) == 0;
@@ -129,9 +134,9 @@ fn maps_of_any_batch_have_a_status_each_and_share_what_they_shared() {
             sampling.check(&batch).ok()?;
             let fit = match smoothing {
                 None => Natural::default().fit(strokes, &Device::cpu()).ok()?,
-                Some(amount) => {
+                Some(target) => {
                     let pin_ends = seed % 3 > 0;
-                    Smoothing { amount, pin_ends, ..Smoothing::default() }.fit(strokes, &Device::cpu()).ok()?
+                    Smoothing { target, pin_ends, ..Smoothing::default() }.fit(strokes, &Device::cpu()).ok()?
                 }
             };
             let mut sampled = topology.sample(fit, sampling);

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use faircurve::bezier::{Chain, Complete, Joints};
 use faircurve::discrete::{Fair, bending, length};
 use faircurve::scf::Smooth;
-use faircurve::spline::{Amount, Natural, Smoothing};
+use faircurve::spline::{Natural, Smoothing, SmoothingTarget};
 use faircurve::{CurveBatch, Device, Sampling, Stopped};
 
 const SAMPLING: Sampling = Sampling::PerSpan(4);
@@ -26,17 +26,19 @@ fn every_method_counts_every_curve_once() {
     let batch = batch();
     let fair = || Fair { energy: bending(2.0) + length(), ..Fair::default() };
     let chain = |joints| Chain { degree: 3, joints, ..Chain::default() };
-    let smoothing = |amount| Smoothing { amount, ..Smoothing::default() };
+    let smoothing = |target| Smoothing { target, ..Smoothing::default() };
     let count = |what: &str, fit: &dyn Fn(&Device)| {
         let finished = Arc::new(AtomicUsize::new(0));
         fit(&Device::cpu().with_counter(finished.clone()));
         assert_eq!(finished.load(Ordering::Relaxed), batch.len(), "{what}");
     };
     count("natural", &|cpu| drop(Natural::default().fit(&batch, cpu).unwrap()));
-    count("smoothing", &|cpu| drop(smoothing(Amount::Lambda(0.1)).fit(&batch, cpu).unwrap()));
-    count("smoothing, deviation", &|cpu| drop(smoothing(Amount::Deviation(0.1.into())).fit(&batch, cpu).unwrap()));
+    count("smoothing", &|cpu| drop(smoothing(SmoothingTarget::Lambda(0.1)).fit(&batch, cpu).unwrap()));
+    count("smoothing, deviation", &|cpu| {
+        drop(smoothing(SmoothingTarget::Deviation(0.1.into())).fit(&batch, cpu).unwrap())
+    });
     count("smoothing, tube", &|cpu| {
-        drop(smoothing(Amount::Tube(0.1.into())).fit_sampled(&batch, SAMPLING, cpu).unwrap())
+        drop(smoothing(SmoothingTarget::Tube(0.1.into())).fit_sampled(&batch, SAMPLING, cpu).unwrap())
     });
     count("fair", &|cpu| drop(fair().fit(&batch, cpu).unwrap()));
     count("fair, deviation", &|cpu| drop(Fair { deviation: Some(0.1.into()), ..fair() }.fit(&batch, cpu).unwrap()));

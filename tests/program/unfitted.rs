@@ -4,7 +4,7 @@
 use assert_cmd::cargo::cargo_bin_cmd;
 use faircurve::discrete::{Fair, bending, length};
 use faircurve::scf::Smooth;
-use faircurve::spline::{Amount, Natural, Parametrisation, Smoothing};
+use faircurve::spline::{Natural, Parametrisation, Smoothing, SmoothingTarget};
 use faircurve::{CurveBatch, CurveStatus, Device, Fit, Sampling};
 use proptest::prelude::*;
 
@@ -18,8 +18,9 @@ fn methods(dimension: usize) -> Vec<(&'static str, FitSampled<'static>)> {
     let with = |parametrisation| Natural { parametrisation, ..Natural::default() };
     let devices: Vec<Device> = (0..6).map(|_| cpu.clone()).collect();
     let [a, b, c, d, e, f]: [Device; 6] = devices.try_into().ok().unwrap();
-    let smoothing = |amount| Smoothing { amount, ..Smoothing::default() };
-    let (lambda, deviation) = (smoothing(Amount::Lambda(0.01)), smoothing(Amount::Deviation(0.1.into())));
+    let smoothing = |target| Smoothing { target, ..Smoothing::default() };
+    let (lambda, deviation) =
+        (smoothing(SmoothingTarget::Lambda(0.01)), smoothing(SmoothingTarget::Deviation(0.1.into())));
     let fair = Fair { energy: bending(2.0) + length(), ..Fair::default() };
     let (auto, uniform) = (with(Parametrisation::Auto), with(Parametrisation::Uniform));
     let mut all: Vec<(&'static str, FitSampled)> = vec![

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use faircurve::spline::{Amount, Natural, Parametrisation, Smoothing, SurfaceSpline};
+use faircurve::spline::{Natural, Parametrisation, Smoothing, SmoothingTarget, SurfaceSpline};
 use faircurve::surface::{Globe, HeightField, Quadric, Surface, Torus};
 use faircurve::{Constraints, CurveBatch, CurveStatus, Device, Fit, Sampling};
 use glam::{DQuat, DVec3};
@@ -141,7 +141,7 @@ fn splines_in_a_plane_are_natural_and_smoothing_splines() {
         let batch = timed(&points, &t).closed_each(vec![closed]).unwrap().with_closing_spans(vec![0.7]).unwrap();
         let natural = Natural::default().fit(&batch, &Device::cpu()).unwrap();
         let lambda = 0.05;
-        let smooth = Smoothing { amount: Amount::Lambda(lambda), ..Smoothing::default() };
+        let smooth = Smoothing { target: SmoothingTarget::Lambda(lambda), ..Smoothing::default() };
         let smooth = smooth.fit(&batch, &Device::cpu()).unwrap();
         let own = SurfaceSpline { parts: 3, ..SurfaceSpline::new(plane.clone()) };
         let smoothed = SurfaceSpline { smoothing: Some(lambda), ..own.clone() };

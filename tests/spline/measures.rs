@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use faircurve::discrete::{Fair, bending, length};
 use faircurve::scf::Smooth;
-use faircurve::spline::{Amount, Natural, Parametrisation, Smoothing};
+use faircurve::spline::{Natural, Parametrisation, Smoothing, SmoothingTarget};
 use faircurve::{Curve, CurveBatch, Device, Fit, Sampling};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -31,7 +31,7 @@ fn natural(batch: &CurveBatch) -> Fit {
 
 fn fits(batch: &CurveBatch) -> Vec<(&'static str, Fit)> {
     let cpu = Device::cpu();
-    let smoothing = Smoothing { amount: Amount::Lambda(1e-3), ..Smoothing::default() };
+    let smoothing = Smoothing { target: SmoothingTarget::Lambda(1e-3), ..Smoothing::default() };
     let fair = Fair { energy: bending(2.0) + 0.1 * length(), ..Fair::default() };
     let mut all = vec![
         ("natural", natural(batch)),

@@ -2,12 +2,12 @@
 //!
 //! `python/tests/test_scipy.py` holds them against SciPy's.
 
-use faircurve::spline::{Boundary, Condition, Extrapolate, Knotted, Piecewise};
+use faircurve::spline::{EndCondition, Extrapolate, Knotted, Piecewise};
 use faircurve::{CurveStatus, Device};
 use rand::rngs::ChaCha8Rng;
 use rand::{RngExt, SeedableRng};
 
-const NOT_A_KNOT: Boundary<'static> = Boundary::Ends([Condition::NotAKnot; 2]);
+const NOT_A_KNOT: [EndCondition<'static>; 2] = [EndCondition::NotAKnot; 2];
 
 /// Random knots of curves of 2 to 12 points.
 fn knots(seed: u64) -> (Vec<f64>, Vec<usize>) {
@@ -30,8 +30,8 @@ fn values(seed: u64, count: usize) -> Vec<f64> {
     (0..count).map(|_| random.random_range(-1.0..1.0)).collect()
 }
 
-fn cubic(given: &Knotted, boundary: &Boundary) -> Piecewise {
-    Piecewise::cubic(given, boundary, &Device::cpu()).unwrap()
+fn cubic(given: &Knotted, ends: &[EndCondition; 2]) -> Piecewise {
+    Piecewise::cubic(given, ends, &Device::cpu()).unwrap()
 }
 
 fn close(a: f64, b: f64, what: &str) {
@@ -48,7 +48,7 @@ fn a_cubic_is_its_own_spline_without_knots_at_the_ends() {
     let primitive =
         |i: usize, x: f64| [x + 0.25 * x * x, 0.1 * x.powi(3), -0.05 * x.powi(4)][..term(i)].iter().sum::<f64>();
     let y: Vec<f64> = (0..60).flat_map(|i| x[offsets[i]..offsets[i + 1]].iter().map(move |&x| p(i, x))).collect();
-    let splines = cubic(&Knotted { x: &x, offsets: &offsets, y: &y, columns: 1 }, &NOT_A_KNOT);
+    let splines = cubic(&Knotted { x: &x, offsets: &offsets, y: &y, columns: 1, periodic: false }, &NOT_A_KNOT);
     let places: Vec<f64> = (-10..30).map(|k| 0.5 * f64::from(k)).collect();
     let all = |nu: usize| splines.evaluate_all(&places, nu, Extrapolate::Yes);
     let (points, slopes, fourth) = (all(0), all(1), all(4));
@@ -78,14 +78,14 @@ fn conditions_are_met_and_curvature_does_not_jump() {
     let columns = 5;
     let mut y = values(3, x.len() * columns);
     let given = values(4, 60 * columns);
-    let ends = Boundary::Ends([Condition::First(&given), Condition::Second(&given)]);
-    for (periodic, boundary) in [(false, ends), (true, Boundary::Periodic), (false, NOT_A_KNOT)] {
+    let conditions = [EndCondition::First(&given), EndCondition::Second(&given)];
+    for (periodic, ends) in [(false, conditions), (true, NOT_A_KNOT), (false, NOT_A_KNOT)] {
         if periodic {
             for pair in offsets.windows(2) {
                 y.copy_within(pair[0] * columns..(pair[0] + 1) * columns, (pair[1] - 1) * columns);
             }
         }
-        let splines = cubic(&Knotted { x: &x, offsets: &offsets, y: &y, columns }, &boundary);
+        let splines = cubic(&Knotted { x: &x, offsets: &offsets, y: &y, columns, periodic }, &ends);
         let at = |i: usize, x: f64, nu: usize| {
             let place = [x];
             splines.evaluate_all(&place, nu, Extrapolate::Yes)[i * columns..(i + 1) * columns].to_vec()
@@ -103,7 +103,7 @@ fn conditions_are_met_and_curvature_does_not_jump() {
                     assert!((second - 2.0 * m(span + 1, 1)).abs() < 1e-9 * scale, "curve {i}, knot {}", span + 1);
                 }
                 let (from, to) = (knots[0], knots[last + 1]);
-                if let (Boundary::Ends([Condition::First(_), _]), value) = (boundary, given[i * columns + column]) {
+                if let (EndCondition::First(_), value) = (ends[0], given[i * columns + column]) {
                     close(at(i, from, 1)[column], value, "first derivative");
                     assert!((at(i, to, 2)[column] - value).abs() < 1e-9 * (1.0 + (to - from).powi(-2)), "second, {i}");
                 }
@@ -122,7 +122,7 @@ fn conditions_are_met_and_curvature_does_not_jump() {
 fn places_of_a_value_are_all_found() {
     let (x, offsets) = knots(5);
     let y = values(6, x.len());
-    let splines = cubic(&Knotted { x: &x, offsets: &offsets, y: &y, columns: 1 }, &NOT_A_KNOT);
+    let splines = cubic(&Knotted { x: &x, offsets: &offsets, y: &y, columns: 1, periodic: false }, &NOT_A_KNOT);
     for (i, roots) in splines.solve(0.1, Extrapolate::No).iter().enumerate() {
         let knots = splines.knots(i);
         assert!(roots.is_sorted() && roots.iter().all(|x| (knots[0]..=knots[knots.len() - 1]).contains(x)));
@@ -139,7 +139,7 @@ fn places_of_a_value_are_all_found() {
     let parabola = [4.0, 1.0, 0.0, 1.0, 4.0];
     let line = [0.0, 1.0, 2.0, 3.0, 4.0];
     let of = |y: &[f64]| {
-        cubic(&Knotted { x: &line, offsets: &[0, 5], y, columns: 1 }, &NOT_A_KNOT)
+        cubic(&Knotted { x: &line, offsets: &[0, 5], y, columns: 1, periodic: false }, &NOT_A_KNOT)
             .solve(0.0, Extrapolate::Yes)
             .remove(0)
     };
@@ -154,10 +154,10 @@ fn a_curve_without_a_spline_is_data_and_leaves_its_neighbours_alone() {
     y[17] = f64::INFINITY;
     // Four curves: good, with equal knots, of one knot, of none; and one with a value that is none.
     let offsets = [0, 3, 6, 7, 7, 10];
-    let splines = cubic(&Knotted { x: &x, offsets: &offsets, y: &y, columns: 2 }, &NOT_A_KNOT);
+    let splines = cubic(&Knotted { x: &x, offsets: &offsets, y: &y, columns: 2, periodic: false }, &NOT_A_KNOT);
     let good: Vec<bool> = splines.status().iter().map(|status| *status == CurveStatus::Converged).collect();
     assert_eq!(good, [true, false, false, false, false]);
-    let alone = cubic(&Knotted { x: &x[..3], offsets: &[0, 3], y: &y[..6], columns: 2 }, &NOT_A_KNOT);
+    let alone = cubic(&Knotted { x: &x[..3], offsets: &[0, 3], y: &y[..6], columns: 2, periodic: false }, &NOT_A_KNOT);
     assert_eq!(splines.coefficients(0), alone.coefficients(0));
     let values = splines.evaluate_all(&[0.5], 0, Extrapolate::Yes);
     assert!(values[..2].iter().all(|x| x.is_finite()) && values[2..].iter().all(|x| x.is_nan()));
@@ -168,12 +168,13 @@ fn a_curve_without_a_spline_is_data_and_leaves_its_neighbours_alone() {
     ] {
         assert_eq!(splines.message(i), Some(sentence));
     }
-    let not_closed = cubic(&Knotted { x: &x[..3], offsets: &[0, 3], y: &y[..6], columns: 2 }, &Boundary::Periodic);
+    let not_closed =
+        cubic(&Knotted { x: &x[..3], offsets: &[0, 3], y: &y[..6], columns: 2, periodic: true }, &NOT_A_KNOT);
     assert_eq!(not_closed.status(), [CurveStatus::Invalid]);
     for wrong in [
-        Knotted { x: &x, offsets: &[0, 3], y: &y, columns: 2 },
-        Knotted { x: &x, offsets: &offsets, y: &y[1..], columns: 2 },
-        Knotted { x: &x, offsets: &offsets, y: &y, columns: 0 },
+        Knotted { x: &x, offsets: &[0, 3], y: &y, columns: 2, periodic: false },
+        Knotted { x: &x, offsets: &offsets, y: &y[1..], columns: 2, periodic: false },
+        Knotted { x: &x, offsets: &offsets, y: &y, columns: 0, periodic: false },
     ] {
         assert!(Piecewise::cubic(&wrong, &NOT_A_KNOT, &Device::cpu()).is_err());
     }

@@ -1,6 +1,6 @@
 //! Smoothing splines minimise what they promise to minimise.
 
-use faircurve::spline::{Amount, Parametrisation, Smoothing};
+use faircurve::spline::{Parametrisation, Smoothing, SmoothingTarget};
 use faircurve::{CurveBatch, Device, Fit};
 use nalgebra::{DMatrix, DVector};
 use rand::rngs::StdRng;
@@ -8,7 +8,11 @@ use rand::{RngExt, SeedableRng};
 use serde_json::Value;
 
 fn lambda(lambda: f64) -> Smoothing {
-    Smoothing { amount: Amount::Lambda(lambda), parametrisation: Parametrisation::Given, ..Smoothing::default() }
+    Smoothing {
+        target: SmoothingTarget::Lambda(lambda),
+        parametrisation: Parametrisation::Given,
+        ..Smoothing::default()
+    }
 }
 
 fn numbers(value: &Value) -> Vec<f64> {

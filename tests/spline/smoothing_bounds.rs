@@ -1,13 +1,13 @@
 //! Smoothing keeps what it was told to keep: deviations, ends, neighbours; and says what it cannot
 //! do.
 
-use faircurve::spline::{Amount, LAMBDA_CAP, Parametrisation, Smoothing};
+use faircurve::spline::{LAMBDA_CAP, Parametrisation, Smoothing, SmoothingTarget};
 use faircurve::{Constraints, CurveBatch, CurveReport, CurveStatus, Deviation, Device, Fit};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
-fn options(amount: Amount) -> Smoothing {
-    Smoothing { amount, ..Smoothing::default() }
+fn options(target: SmoothingTarget) -> Smoothing {
+    Smoothing { target, ..Smoothing::default() }
 }
 
 fn fit(batch: &CurveBatch, options: Smoothing) -> Fit {
@@ -69,7 +69,7 @@ fn the_deviation_is_kept_and_used_up() {
     for (name, batch) in [("walks", walks(1)), ("rings", walks(2).closed(true)), ("storms", storms())] {
         let pins: &[bool] = if name == "rings" { &[false] } else { &[false, true] };
         for (&pin_ends, allowed) in pins.iter().flat_map(|pin| [0.06, 0.2, 1.0, 20.0].map(|d| (pin, d))) {
-            let fitted = fit(&batch, Smoothing { pin_ends, ..options(Amount::Deviation(allowed.into())) });
+            let fitted = fit(&batch, Smoothing { pin_ends, ..options(SmoothingTarget::Deviation(allowed.into())) });
             let mut tight = 0;
             for (i, report) in fitted.reports().iter().enumerate() {
                 if report.status == CurveStatus::NotConverged {
@@ -88,7 +88,7 @@ fn the_deviation_is_kept_and_used_up() {
                     continue;
                 }
                 tight += 1;
-                let more = Smoothing { pin_ends, ..options(Amount::Lambda(report.smoothing.unwrap() * 1.01)) };
+                let more = Smoothing { pin_ends, ..options(SmoothingTarget::Lambda(report.smoothing.unwrap() * 1.01)) };
                 let more = fit(&batch.select(&[i]), more).reports()[0].clone();
                 let (more, stopped) = (more.max_deviation, more.message.is_some());
                 assert!(more > allowed || stopped, "{name}, {allowed}: a λ 1 % larger than {report:?} gives {more}");
@@ -101,10 +101,10 @@ fn the_deviation_is_kept_and_used_up() {
 #[test]
 fn a_fit_by_deviation_is_the_fit_by_its_lambda() {
     let batch = storms();
-    let by_deviation = fit(&batch, options(Amount::Deviation(0.3.into())));
+    let by_deviation = fit(&batch, options(SmoothingTarget::Deviation(0.3.into())));
     for i in 0..batch.len() {
         let report = &by_deviation.reports()[i];
-        let by_lambda = fit(&batch.select(&[i]), options(Amount::Lambda(report.smoothing.unwrap())));
+        let by_lambda = fit(&batch.select(&[i]), options(SmoothingTarget::Lambda(report.smoothing.unwrap())));
         let (a, b) = (by_deviation.curve(i), by_lambda.curve(0));
         let (from, to) = a.domain();
         for k in 0..=50 {
@@ -119,7 +119,7 @@ fn a_fit_by_deviation_is_the_fit_by_its_lambda() {
 #[test]
 fn a_line_that_keeps_the_deviation_is_returned_with_the_cap() {
     let batch = walks(3);
-    let fitted = fit(&batch, options(Amount::Deviation(1e6.into())));
+    let fitted = fit(&batch, options(SmoothingTarget::Deviation(1e6.into())));
     for (i, report) in fitted.reports().iter().enumerate() {
         assert!(is_line(report), "{report:?}");
         let (from, to) = fitted.curve(i).domain();
@@ -134,10 +134,12 @@ fn pinned_ends_are_the_data_points_bit_for_bit() {
     let batch = storms();
     let walk = walks(4);
     for batch in [&batch, &walk] {
-        for amount in
-            [1e-9, 1.0, 1e9, 1e30, 1e300].map(Amount::Lambda).into_iter().chain([Amount::Deviation(0.7.into())])
+        for target in [1e-9, 1.0, 1e9, 1e30, 1e300]
+            .map(SmoothingTarget::Lambda)
+            .into_iter()
+            .chain([SmoothingTarget::Deviation(0.7.into())])
         {
-            let fitted = fit(batch, Smoothing { pin_ends: true, ..options(amount) });
+            let fitted = fit(batch, Smoothing { pin_ends: true, ..options(target) });
             assert_eq!(fitted.usable(), batch.len());
             for i in 0..batch.len() {
                 let curve = fitted.curve(i);
@@ -157,8 +159,8 @@ fn pinning_is_the_limit_of_heavy_ends() {
     for i in 0..batch.len() {
         (weights[batch.offsets()[i]], weights[batch.offsets()[i + 1] - 1]) = (1e9, 1e9);
     }
-    let pinned = fit(&batch, Smoothing { pin_ends: true, ..options(Amount::Lambda(0.1)) });
-    let heavy = fit(&batch.clone().with_weights(weights).unwrap(), options(Amount::Lambda(0.1)));
+    let pinned = fit(&batch, Smoothing { pin_ends: true, ..options(SmoothingTarget::Lambda(0.1)) });
+    let heavy = fit(&batch.clone().with_weights(weights).unwrap(), options(SmoothingTarget::Lambda(0.1)));
     for i in 0..batch.len() {
         let (a, b) = (pinned.curve(i), heavy.curve(i));
         let (from, to) = a.domain();
@@ -174,7 +176,7 @@ fn a_pinned_end_of_several_points_is_the_first_or_last_of_them() {
     let points = [[0.0, 0.0], [0.0, 1.0], [1.0, 3.0], [2.0, 1.0], [3.0, 7.0], [3.0, 5.0]];
     let batch = CurveBatch::from_slices(&[&points[..]]).unwrap();
     let batch = batch.with_parameters(vec![0.0, 0.0, 1.0, 2.0, 3.0, 3.0]).unwrap();
-    let fitted = fit(&batch, Smoothing { pin_ends: true, ..options(Amount::Lambda(1.0)) });
+    let fitted = fit(&batch, Smoothing { pin_ends: true, ..options(SmoothingTarget::Lambda(1.0)) });
     let curve = fitted.curve(0);
     assert_eq!([curve.point(0.0).y, curve.point(3.0).y], [0.0, 5.0]);
     assert!(fitted.reports()[0].max_deviation >= 2.0);
@@ -189,14 +191,15 @@ fn points_at_one_parameter_count_as_their_mean_but_deviate_as_themselves() {
     let merged = CurveBatch::from_slices(&[&[points[0], [1.0, 3.0], points[3], points[4]][..]]).unwrap();
     let merged = merged.with_parameters(vec![0.0, 1.0, 2.0, 3.0]).unwrap();
     let merged = merged.with_weights(vec![1.0, 3.0, 1.0, 1.0]).unwrap();
-    let (a, b) = (fit(&batch, options(Amount::Lambda(0.2))), fit(&merged, options(Amount::Lambda(0.2))));
+    let (a, b) =
+        (fit(&batch, options(SmoothingTarget::Lambda(0.2))), fit(&merged, options(SmoothingTarget::Lambda(0.2))));
     for k in 0..=30 {
         assert_eq!(a.curve(0).point(k as f64 * 0.1), b.curve(0).point(k as f64 * 0.1));
     }
     let distance = deviation(&batch, &a, 0);
     assert!((a.reports()[0].max_deviation - distance).abs() < 1e-14 && distance > b.reports()[0].max_deviation);
     // The mean, (1, 3), is 2 away from one of the points.
-    let impossible = fit(&batch, options(Amount::Deviation(1.5.into())));
+    let impossible = fit(&batch, options(SmoothingTarget::Deviation(1.5.into())));
     let report = &impossible.reports()[0];
     assert_eq!((report.status, report.max_deviation, report.smoothing), (CurveStatus::NotConverged, 2.0, Some(0.0)));
     assert_eq!(
@@ -207,15 +210,20 @@ fn points_at_one_parameter_count_as_their_mean_but_deviate_as_themselves() {
         )
     );
     assert_eq!(impossible.curve(0).point(1.0).y, 3.0);
-    assert_eq!(fit(&batch, options(Amount::Deviation(2.5.into()))).usable(), 1);
+    assert_eq!(fit(&batch, options(SmoothingTarget::Deviation(2.5.into()))).usable(), 1);
 }
 
 #[test]
 fn two_points_are_joined_by_their_segment() {
     let batch = CurveBatch::from_slices(&[&[[0.0, 1.0], [3.0, 5.0]][..]]).unwrap();
-    for amount in [Amount::Lambda(0.0), Amount::Lambda(7.0), Amount::Lambda(1e40), Amount::Deviation(0.1.into())] {
+    for target in [
+        SmoothingTarget::Lambda(0.0),
+        SmoothingTarget::Lambda(7.0),
+        SmoothingTarget::Lambda(1e40),
+        SmoothingTarget::Deviation(0.1.into()),
+    ] {
         for pin_ends in [false, true] {
-            let fitted = fit(&batch, Smoothing { pin_ends, ..options(amount) });
+            let fitted = fit(&batch, Smoothing { pin_ends, ..options(target) });
             let report = &fitted.reports()[0];
             assert_eq!((report.status, report.energy), (CurveStatus::Converged, 0.0));
             assert!(report.max_deviation < 1e-15);
@@ -228,8 +236,13 @@ fn two_points_are_joined_by_their_segment() {
 fn straight_data_stay_straight() {
     let line: Vec<[f64; 3]> = (0..50).map(|k| (k * k) as f64).map(|s| [3.0 + s, 2.0 - 0.5 * s, 7.0 * s]).collect();
     let batch = CurveBatch::from_slices(&[&line[..]]).unwrap();
-    for amount in [Amount::Lambda(1e-3), Amount::Lambda(1e5), Amount::Lambda(1e25), Amount::Deviation(1e-6.into())] {
-        let report = fit(&batch, options(amount)).reports()[0].clone();
+    for target in [
+        SmoothingTarget::Lambda(1e-3),
+        SmoothingTarget::Lambda(1e5),
+        SmoothingTarget::Lambda(1e25),
+        SmoothingTarget::Deviation(1e-6.into()),
+    ] {
+        let report = fit(&batch, options(target)).reports()[0].clone();
         assert!(report.max_deviation < 1e-13 * 17000.0, "{report:?}");
     }
 }
@@ -237,7 +250,7 @@ fn straight_data_stay_straight() {
 #[test]
 fn deviations_at_rounding_give_the_data_back() {
     let batch = walks(6);
-    let fitted = fit(&batch, options(Amount::Deviation(1e-300.into())));
+    let fitted = fit(&batch, options(SmoothingTarget::Deviation(1e-300.into())));
     for (i, report) in fitted.reports().iter().enumerate() {
         assert_eq!((report.status, report.max_deviation), (CurveStatus::Converged, 0.0), "{report:?}");
         let end = fitted.curve(i).domain().1;
@@ -254,9 +267,9 @@ fn one_bad_curve_leaves_its_neighbours_bits_alone() {
     let spoiled = CurveBatch::from_ragged(2, coords, batch.offsets().to_vec()).unwrap();
     let mut reversed: Vec<usize> = (0..batch.len()).collect();
     reversed.reverse();
-    for amount in [Amount::Lambda(0.3), Amount::Deviation(0.2.into())] {
-        let (a, b) = (fit(&batch, options(amount)), fit(&spoiled, options(amount)));
-        let c = fit(&batch.select(&reversed), options(amount));
+    for target in [SmoothingTarget::Lambda(0.3), SmoothingTarget::Deviation(0.2.into())] {
+        let (a, b) = (fit(&batch, options(target)), fit(&spoiled, options(target)));
+        let c = fit(&batch.select(&reversed), options(target));
         assert_eq!(b.reports()[12].status, CurveStatus::Invalid);
         assert!(b.reports()[12].message.as_ref().unwrap().contains("curve 12, point 2: y is NaN"));
         assert!(!b.curve(12).is_fitted());
@@ -277,7 +290,7 @@ fn curves_that_cannot_be_fitted_say_why() {
     let (one, same) = ([[1.0, 2.0]], [[4.0, 4.0]; 5]);
     let good = [[0.0, 0.0], [1.0, 1.0], [2.0, 0.0]];
     let batch = CurveBatch::from_slices(&[&one[..], &good[..], &same[..], &[]]).unwrap();
-    let fitted = fit(&batch, options(Amount::Deviation(0.1.into())));
+    let fitted = fit(&batch, options(SmoothingTarget::Deviation(0.1.into())));
     let status: Vec<_> = fitted.reports().iter().map(|report| report.status).collect();
     use CurveStatus::{Converged, Degenerate};
     assert_eq!(status, [Degenerate, Converged, Degenerate, Degenerate]);
@@ -289,7 +302,7 @@ fn spans_too_uneven_for_the_arithmetic_are_a_status() {
     let points = [[0.0, 0.0], [1.0, 1.0], [2.0, 0.0], [3.0, 2.0]];
     let batch = CurveBatch::from_slices(&[&points[..]]).unwrap();
     let batch = batch.with_parameters(vec![0.0, 1e-160, 1.0, 2.0]).unwrap();
-    let report = fit(&batch, options(Amount::Lambda(1.0))).reports()[0].clone();
+    let report = fit(&batch, options(SmoothingTarget::Lambda(1.0))).reports()[0].clone();
     assert_eq!(report.status, CurveStatus::NotConverged);
     assert_eq!(
         report.message.as_deref(),
@@ -298,12 +311,12 @@ fn spans_too_uneven_for_the_arithmetic_are_a_status() {
              the curve has λ = 0: use a smaller λ or deviation, or fewer points"
         )
     );
-    let report = fit(&batch, options(Amount::Deviation(0.1.into()))).reports()[0].clone();
+    let report = fit(&batch, options(SmoothingTarget::Deviation(0.1.into()))).reports()[0].clone();
     assert_eq!((report.status, report.max_deviation), (CurveStatus::NotConverged, 0.0));
     // Steps whose inverse overflows.
     let batch = batch.with_parameters(vec![0.0, 1e-320, 1.0, 2.0]).unwrap();
-    for amount in [Amount::Lambda(1.0), Amount::Deviation(0.1.into())] {
-        let fitted = fit(&batch, options(amount));
+    for target in [SmoothingTarget::Lambda(1.0), SmoothingTarget::Deviation(0.1.into())] {
+        let fitted = fit(&batch, options(target));
         let report = &fitted.reports()[0];
         assert_eq!(report.status, CurveStatus::Invalid);
         assert!(report.message.as_ref().unwrap().contains("is too small beside the length of all, 2"), "{report:?}");
@@ -316,15 +329,15 @@ fn impossible_options_are_sentences() {
     let batch = walks(8);
     let says = |options: Smoothing, batch: &CurveBatch| options.fit(batch, &Device::cpu()).err().unwrap().to_string();
     assert_eq!(
-        says(options(Amount::Lambda(-1.0)), &batch),
+        says(options(SmoothingTarget::Lambda(-1.0)), &batch),
         "the smoothing factor λ is -1; it must be finite and at least 0, where 0 interpolates: \
          give another, or a deviation"
     );
-    assert!(says(options(Amount::Lambda(f64::NAN)), &batch).contains("λ is NaN"));
-    assert!(says(options(Amount::Lambda(f64::INFINITY)), &batch).contains("λ is inf"));
+    assert!(says(options(SmoothingTarget::Lambda(f64::NAN)), &batch).contains("λ is NaN"));
+    assert!(says(options(SmoothingTarget::Lambda(f64::INFINITY)), &batch).contains("λ is inf"));
     for wrong in [0.0, -2.0, f64::NAN, f64::INFINITY] {
         assert_eq!(
-            says(options(Amount::Deviation(wrong.into())), &batch),
+            says(options(SmoothingTarget::Deviation(wrong.into())), &batch),
             format!(
                 "the largest deviation allowed is {wrong}; it must be positive and finite: \
                  to interpolate, give λ = 0 instead"
@@ -348,12 +361,13 @@ fn a_part_of_the_size_is_that_of_each_curve_and_points_have_none() {
         &[[0.0, 0.0], [10.0, 4.0], [20.0, -3.0], [30.0, 5.0], [40.0, 0.0]],
     ])
     .unwrap();
-    for amount in [Amount::Deviation(Deviation::OfSize(0.02)), Amount::Tube(Deviation::OfSize(0.02))] {
-        let fitted = fit(&batch, options(amount));
+    for target in [SmoothingTarget::Deviation(Deviation::OfSize(0.02)), SmoothingTarget::Tube(Deviation::OfSize(0.02))]
+    {
+        let fitted = fit(&batch, options(target));
         assert_eq!(fitted.reports()[0].status, CurveStatus::Degenerate);
         let [small, large] = [1, 2].map(|i| fitted.reports()[i].max_deviation);
         let allowed = 0.02 * 4f64.hypot(0.8);
-        assert!(small <= allowed && small > 0.98 * allowed, "{amount:?}: {small}");
-        assert!((large - 10.0 * small).abs() <= 1e-6 * large, "{amount:?}: {large} {small}");
+        assert!(small <= allowed && small > 0.98 * allowed, "{target:?}: {small}");
+        assert!((large - 10.0 * small).abs() <= 1e-6 * large, "{target:?}: {large} {small}");
     }
 }

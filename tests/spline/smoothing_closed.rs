@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use faircurve::spline::{Amount, LEAST_SHARE, LEAST_SHARE_OF_LAMBDA, Smoothing};
+use faircurve::spline::{LEAST_SHARE, LEAST_SHARE_OF_LAMBDA, Smoothing, SmoothingTarget};
 use faircurve::{CurveBatch, CurveStatus, Deviation, Device, Sampling};
 use nalgebra::DMatrix;
 use rand::rngs::StdRng;
@@ -45,41 +45,43 @@ fn share(curve: &[f64], data: &[f64], weights: &[f64], dimension: usize) -> f64 
 #[test]
 fn closed_curves_keep_their_share_of_their_size_whatever_is_asked() {
     let distances = [0.02, 0.2, 1.0, 50.0].map(Deviation::Units);
-    let amounts = distances.map(Amount::Deviation).into_iter();
-    let amounts = amounts.chain([1e-3, 1.0, 1e6, 1e300].map(Amount::Lambda));
-    let amounts = amounts.chain(distances.map(Amount::Tube));
-    for (amount, dimension) in amounts.flat_map(|amount| [(amount, 2), (amount, 3)]) {
+    let targets = distances.map(SmoothingTarget::Deviation).into_iter();
+    let targets = targets.chain([1e-3, 1.0, 1e6, 1e300].map(SmoothingTarget::Lambda));
+    let targets = targets.chain(distances.map(SmoothingTarget::Tube));
+    for (target, dimension) in targets.flat_map(|target| [(target, 2), (target, 3)]) {
         let batch = islands(dimension, true);
-        let smoothing = Smoothing { amount, ..Smoothing::default() };
+        let smoothing = Smoothing { target, ..Smoothing::default() };
         let (fit, knots) = smoothing.fit_sampled(&batch, Sampling::PerSpan(1), &Device::cpu()).unwrap();
-        let least = if matches!(amount, Amount::Lambda(_)) { LEAST_SHARE_OF_LAMBDA } else { LEAST_SHARE };
+        let least = if matches!(target, SmoothingTarget::Lambda(_)) { LEAST_SHARE_OF_LAMBDA } else { LEAST_SHARE };
         let mut stopped = 0;
         for (i, report) in fit.reports().iter().enumerate() {
-            assert_eq!(report.status, CurveStatus::Converged, "{amount:?}: {report:?}");
+            assert_eq!(report.status, CurveStatus::Converged, "{target:?}: {report:?}");
             let weights = batch.weights(i).unwrap();
             let share = share(knots.points(i), batch.points(i), weights, dimension);
-            assert!(share >= least * (1.0 - 1e-10), "{amount:?}, curve {i}: {share}");
-            let deviation = match amount {
-                Amount::Deviation(allowed) | Amount::Tube(allowed) => allowed.of(&batch, i),
+            assert!(share >= least * (1.0 - 1e-10), "{target:?}, curve {i}: {share}");
+            let deviation = match target {
+                SmoothingTarget::Deviation(allowed) | SmoothingTarget::Tube(allowed) => allowed.of(&batch, i),
                 _ => f64::INFINITY,
             };
-            assert!(report.max_deviation <= deviation, "{amount:?}, curve {i}: {}", report.max_deviation);
+            assert!(report.max_deviation <= deviation, "{target:?}, curve {i}: {}", report.max_deviation);
             if report.message.is_some() {
                 stopped += 1;
                 // Steps of λ are 0.14 % apart. Splines instead of a tube may stop at the deviation.
                 let stops = report.max_deviation > 0.99 * deviation;
-                assert!(share <= least * 1.002 || stops, "{amount:?}, curve {i}: {share}");
+                assert!(share <= least * 1.002 || stops, "{target:?}, curve {i}: {share}");
             }
         }
         let notes = smoothing.notes(fit.reports());
         assert_eq!(notes.len(), usize::from(stopped > 0));
-        let (all, none) = match amount {
-            Amount::Lambda(lambda) => (lambda > 1e100, lambda < 1e3),
-            Amount::Deviation(allowed) | Amount::Tube(allowed) => (allowed.of(&batch, 0) > 10.0, false),
+        let (all, none) = match target {
+            SmoothingTarget::Lambda(lambda) => (lambda > 1e100, lambda < 1e3),
+            SmoothingTarget::Deviation(allowed) | SmoothingTarget::Tube(allowed) => {
+                (allowed.of(&batch, 0) > 10.0, false)
+            }
             _ => unreachable!(),
         };
-        assert!(!all || stopped == batch.len(), "{amount:?}: {stopped} of {}", batch.len());
-        assert!(none || stopped > 0, "{amount:?}");
+        assert!(!all || stopped == batch.len(), "{target:?}: {stopped} of {}", batch.len());
+        assert!(none || stopped > 0, "{target:?}");
         if let Some(note) = notes.first() {
             assert!(note.starts_with(&stopped.to_string()) && note.contains("of their size"), "{note}");
         }
@@ -89,12 +91,12 @@ fn closed_curves_keep_their_share_of_their_size_whatever_is_asked() {
 #[test]
 fn a_curve_that_is_stopped_says_so_and_has_the_largest_lambda_that_leaves_its_share() {
     let batch = islands(2, false).select(&[20]);
-    let report = |amount| {
-        let smoothing = Smoothing { amount, ..Smoothing::default() };
+    let report = |target| {
+        let smoothing = Smoothing { target, ..Smoothing::default() };
         let fit = smoothing.fit(&batch, &Device::cpu()).unwrap();
         (fit.reports()[0].clone(), smoothing.notes(fit.reports()))
     };
-    let (by_deviation, notes) = report(Amount::Deviation(20.0.into()));
+    let (by_deviation, notes) = report(SmoothingTarget::Deviation(20.0.into()));
     assert_eq!(notes, ["1 closed curve is small for a deviation of 20: smoothed no further than to 0.7 of its size"]);
     let lambda = by_deviation.smoothing.unwrap();
     let said = by_deviation.message.clone().unwrap();
@@ -106,10 +108,10 @@ fn a_curve_that_is_stopped_says_so_and_has_the_largest_lambda_that_leaves_its_sh
         )
     );
     // A little more is smaller, and asked for as it is, down to a dot.
-    let (more, notes) = report(Amount::Lambda(lambda * 1.0015));
+    let (more, notes) = report(SmoothingTarget::Lambda(lambda * 1.0015));
     assert_eq!((more.message, more.smoothing, notes.len()), (None, Some(lambda * 1.0015), 0));
     assert!(more.energy < by_deviation.energy);
-    let (dot, notes) = report(Amount::Lambda(1e9));
+    let (dot, notes) = report(SmoothingTarget::Lambda(1e9));
     assert_eq!(notes, ["1 closed curve is small for λ = 1000000000: smoothed no further than to 0.01 of its size"]);
     assert!(dot.message.unwrap().contains("λ = 1000000000 would shrink it to less than 0.01 of its size"));
     assert!(dot.smoothing.unwrap() > lambda && dot.energy > 0.0);
@@ -127,7 +129,7 @@ fn curves_larger_than_the_deviation_are_as_they_were() {
         })
         .collect();
     let batch = CurveBatch::from_slices(&[&circle[..]]).unwrap().closed(true);
-    let smoothing = Smoothing { amount: Amount::Deviation(0.1.into()), ..Smoothing::default() };
+    let smoothing = Smoothing { target: SmoothingTarget::Deviation(0.1.into()), ..Smoothing::default() };
     let fit = smoothing.fit(&batch, &Device::cpu()).unwrap();
     let report = &fit.reports()[0];
     assert_eq!((report.message.clone(), smoothing.notes(fit.reports())), (None, vec![]));
@@ -139,8 +141,10 @@ fn curves_larger_than_the_deviation_are_as_they_were() {
 fn open_curves_still_become_lines() {
     let points = [[0.0, 0.0], [1.0, 1.0], [2.0, 0.0], [3.0, 0.5]];
     let batch = CurveBatch::from_slices(&[&points[..]]).unwrap();
-    for amount in [Amount::Deviation(5.0.into()), Amount::Lambda(1e300), Amount::Tube(5.0.into())] {
-        let fit = Smoothing { amount, ..Smoothing::default() }.fit(&batch, &Device::cpu()).unwrap();
+    for target in
+        [SmoothingTarget::Deviation(5.0.into()), SmoothingTarget::Lambda(1e300), SmoothingTarget::Tube(5.0.into())]
+    {
+        let fit = Smoothing { target, ..Smoothing::default() }.fit(&batch, &Device::cpu()).unwrap();
         assert_eq!((fit.reports()[0].energy, fit.reports()[0].message.clone()), (0.0, None));
     }
 }

@@ -3,14 +3,14 @@
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::SupportedConeT::{SecondOrderConeT, ZeroConeT};
 use clarabel::solver::{DefaultSettingsBuilder, DefaultSolver, IPSolver, SolverStatus};
-use faircurve::spline::{Amount, Parametrisation, Smoothing};
+use faircurve::spline::{Parametrisation, Smoothing, SmoothingTarget};
 use faircurve::{CurveBatch, CurveStatus, Device, Fit};
 use nalgebra::DMatrix;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
 fn tube(distance: f64) -> Smoothing {
-    Smoothing { amount: Amount::Tube(distance.into()), ..Smoothing::default() }
+    Smoothing { target: SmoothingTarget::Tube(distance.into()), ..Smoothing::default() }
 }
 
 fn fit(batch: &CurveBatch, options: Smoothing) -> Fit {
@@ -174,8 +174,8 @@ fn one_outlier_does_not_stiffen_the_rest() {
                 .collect();
             let batch = CurveBatch::from_slices(&[&track[..]]).unwrap();
             let batch = batch.with_parameters((0..41).map(f64::from).collect()).unwrap();
-            let energy = |amount| fit(&batch, Smoothing { amount, ..Smoothing::default() }).reports()[0].energy;
-            ratios.push(energy(Amount::Deviation(1.0.into())) / energy(Amount::Tube(1.0.into())));
+            let energy = |target| fit(&batch, Smoothing { target, ..Smoothing::default() }).reports()[0].energy;
+            ratios.push(energy(SmoothingTarget::Deviation(1.0.into())) / energy(SmoothingTarget::Tube(1.0.into())));
         }
         println!("seed {seed}: one λ costs {:.2} times the least, with an outlier {:.2} times", ratios[0], ratios[1]);
         assert!((1.0..1.5).contains(&ratios[0]) && (5.0..20.0).contains(&ratios[1]), "seed {seed}: {ratios:?}");

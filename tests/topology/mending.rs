@@ -1,6 +1,6 @@
 //! What is left to cross.
 
-use faircurve::spline::{Amount, Natural, Smoothing};
+use faircurve::spline::{Natural, Smoothing, SmoothingTarget};
 use faircurve::topology::{Options, Topology};
 use faircurve::{CurveBatch, Device, Fit};
 
@@ -11,7 +11,7 @@ fn natural(topology: &Topology) -> Fit {
 }
 
 fn smoothed(topology: &Topology, lambda: f64) -> Fit {
-    let smoothing = Smoothing { amount: Amount::Lambda(lambda), pin_ends: true, ..Smoothing::default() };
+    let smoothing = Smoothing { target: SmoothingTarget::Lambda(lambda), pin_ends: true, ..Smoothing::default() };
     smoothing.fit(topology.strokes(), &Device::cpu()).unwrap()
 }
 

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use faircurve::discrete::{Fair, Pins, bending, length};
 use faircurve::scf::Smooth;
-use faircurve::spline::{Amount, Natural, Smoothing};
+use faircurve::spline::{Natural, Smoothing, SmoothingTarget};
 use faircurve::topology::{Options, Topology};
 use faircurve::{Constraints, CurveBatch, CurveStatus, Device, Fit, Sampling};
 
@@ -14,18 +14,18 @@ type Method = (&'static str, Box<dyn Fn(&CurveBatch) -> Fit>);
 
 /// Methods through the points, and near them.
 fn methods() -> Vec<Method> {
-    let smoothing = |amount| {
+    let smoothing = |target| {
         move |batch: &CurveBatch| {
-            Smoothing { amount, pin_ends: true, ..Smoothing::default() }.fit(batch, &Device::cpu()).unwrap()
+            Smoothing { target, pin_ends: true, ..Smoothing::default() }.fit(batch, &Device::cpu()).unwrap()
         }
     };
     let fair =
         Fair { energy: bending(2.0) + length(), pins: Pins::Ends, deviation: Some(0.2.into()), ..Fair::default() };
     vec![
         ("natural", Box::new(|batch| Natural::default().fit(batch, &Device::cpu()).unwrap())),
-        ("smoothing", Box::new(smoothing(Amount::Lambda(0.05)))),
-        ("deviation", Box::new(smoothing(Amount::Deviation(0.2.into())))),
-        ("tube", Box::new(smoothing(Amount::Tube(0.2.into())))),
+        ("smoothing", Box::new(smoothing(SmoothingTarget::Lambda(0.05)))),
+        ("deviation", Box::new(smoothing(SmoothingTarget::Deviation(0.2.into())))),
+        ("tube", Box::new(smoothing(SmoothingTarget::Tube(0.2.into())))),
         ("fair", Box::new(move |batch| fair.fit(batch, &Device::cpu()).unwrap())),
         ("scf", Box::new(|batch| Smooth::default().fit(batch, &Device::cpu()).unwrap())),
     ]
@@ -197,7 +197,7 @@ fn pinned_points_stay_where_they_are_and_the_others_are_as_smooth_as_they_can_be
         }
     }
     // A deviation that allows anything: the curve nears the spline through the pins alone.
-    let wide = Smoothing { amount: Amount::Deviation(100.0.into()), pin_ends: true, ..Smoothing::default() };
+    let wide = Smoothing { target: SmoothingTarget::Deviation(100.0.into()), pin_ends: true, ..Smoothing::default() };
     let fit = wide.fit(&pinned, &Device::cpu()).unwrap();
     let report = &fit.reports()[0];
     assert_eq!((report.status, &report.message), (CurveStatus::Converged, &None));

@@ -64,7 +64,7 @@ impl SurfaceArgs {
 
     /// Whether its points are longitudes and latitudes.
     pub fn is_globe(&self) -> bool {
-        self.surface.as_ref().and_then(|word| word.surface.as_ref()?.globe()).is_some()
+        self.surface.as_ref().and_then(|word| word.surface.as_ref()?.kind().globe()).is_some()
     }
 
     /// The words of a caption.

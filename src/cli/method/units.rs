@@ -3,7 +3,7 @@
 
 use std::fmt::Display;
 
-use faircurve::spline::{Amount, Parametrisation};
+use faircurve::spline::{Parametrisation, SmoothingTarget};
 use faircurve::{CurveBatch, Deviation, Error, Result};
 
 use super::{Method, MethodArgs};
@@ -31,8 +31,8 @@ impl Method {
     pub fn for_times_of(mut self, batch: &CurveBatch) -> (Self, Option<String>) {
         let unit = self.lambda_unit(batch);
         let lambda = match &mut self {
-            Method::Smoothing(smoothing) => match &mut smoothing.amount {
-                Amount::Lambda(lambda) => Some(lambda),
+            Method::Smoothing(smoothing) => match &mut smoothing.target {
+                SmoothingTarget::Lambda(lambda) => Some(lambda),
                 _ => None,
             },
             Method::InSurface(spline) => spline.smoothing.as_mut(),

@@ -1,13 +1,14 @@
-//! The energy of a cubic piece in a surface: ½ ∫ |P x″|² dt, where P x″ is the part of x″ in the tangent plane.
+//! The energy of a cubic piece in a surface: ½ ∫ |P x″|² dt, where P x″ is the part of x″ in the
+//! tangent plane.
 //!
-//! A piece has the places x, x′ and the velocities v, v′ at its ends, h apart in time. Its cubic has a linear second
-//! derivative, from a to a′:
+//! A piece has the positions x, x′ and the velocities v, v′ at its ends, h apart in time. Its cubic
+//! has a linear second derivative, from a to a′:
 //!
 //! ```text
 //! a = (6(x′ − x)/h − 4v − 2v′)/h,  a′ = (−6(x′ − x)/h + 2v + 4v′)/h,  (a + a′)/2 = (v′ − v)/h
 //! ```
 //!
-//! Simpson's rule takes the integral at both ends and in the middle. In a plane that is exact.
+//! Simpson's rule gives the integral, exactly in a plane.
 
 // Loops over unknowns by index match the formulas.
 #![allow(clippy::needless_range_loop)]
@@ -16,10 +17,11 @@ use glam::{DMat3, DVec3};
 
 use crate::surface::Surface;
 
-/// Both ends of a piece, each by its place and its velocity: what derivatives are taken by.
+/// The unknowns of a piece: position and velocity at both ends.
 pub(super) const UNKNOWNS: usize = 4;
 
-/// A place where the integral is taken: how it, and the second derivative there, depend on the [unknowns](UNKNOWNS).
+/// A node of Simpson's rule: how it, and the second derivative there, depend on the
+/// [unknowns](UNKNOWNS).
 struct Site {
     /// The weight in the integral.
     weight: f64,
@@ -81,7 +83,8 @@ impl Frame {
         surface.third(place, along) * (1.0 / self.length)
     }
 
-    /// ∇²(n·b) at the place, for a tangent vector b: ∇³F[b]/|∇F| − k wᵀ − w kᵀ with k = W b and w = W n.
+    /// ∇²(n·b) at the place, for a tangent vector b: ∇³F[b]/|∇F| − k wᵀ − w kᵀ with k = W b and w =
+    /// W n.
     pub fn turning(&self, surface: &dyn Surface, place: DVec3, b: DVec3) -> DMat3 {
         let (k, w) = (self.shape * b, self.shape * self.normal);
         self.third(surface, place, b) - outer(k, w) - outer(w, k)

@@ -1,4 +1,4 @@
-//! [`Course`]: one spline in a surface, by Newton's method on places and velocities.
+//! [`Course`]: one spline in a surface, by Newton's method on positions and velocities.
 //!
 //! The unknowns of a node are a step s in its tangent plane and a change t of its velocity there:
 //!
@@ -6,27 +6,30 @@
 //! x ← R(x + B s),  v ← P(v + B t) at the new place
 //! ```
 //!
-//! B holds two unit vectors across the normal n, R goes to the foot, and P to the tangent plane. To second order
+//! B holds two unit vectors orthogonal to the normal n, R projects onto the surface, and P onto the
+//! tangent plane. To second order
 //!
 //! ```text
 //! x ← x + B s − ½ n κ(s, s)
 //! v ← v + B t − n (v·W B s) − n κ(s, t) − ½ n N(s, s) − P W B s (v·W B s)
 //! ```
 //!
-//! with κ(s, t) = (B s)·W B t and N the second derivative of n·v along the way. Newton's systems are exact therefore.
+//! with κ(s, t) = (B s)·W B t and N the second derivative of n·v along the step. So Newton's
+//! systems are exact.
 
 use glam::{DMat3, DVec3};
 
 use super::acceleration::{Frame, UNKNOWNS, flat, gradient, hessian, outer};
 use crate::damping::{Damping, Trial, Verdict};
 use crate::linalg::skyline::Skyline;
+use crate::ragged;
 use crate::status::CurveStatus;
 use crate::surface::Surface;
 
-/// A step that promises less than this many units of rounding of the energy is the last.
+/// The last step promises less than this many units of rounding of the energy.
 const ROUNDING: f64 = 4.0;
 
-/// Unknowns a node: two of its place, two of its velocity.
+/// Unknowns per node: two of its position, two of its velocity.
 const OWN: usize = 4;
 
 /// A node of the spline.
@@ -36,9 +39,9 @@ pub(super) struct Node {
     pub velocity: DVec3,
 }
 
-/// What a node is held by.
+/// The condition on a node.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Held {
+pub(super) enum NodeCondition {
     /// Nothing.
     Free,
     /// It stays where it is.
@@ -49,20 +52,20 @@ pub(super) enum Held {
     Spring { weight: f64, target: DVec3 },
 }
 
-/// One spline: its pieces, and what holds its nodes.
+/// One spline: its pieces, its nodes and their conditions.
 pub(super) struct Course<'a> {
     pub surface: &'a dyn Surface,
-    /// The time along every piece. That of a closed spline's last piece leads back to node 0.
+    /// The time along every piece. A closed spline's last piece leads back to node 0.
     pub steps: Vec<f64>,
-    pub held: Vec<Held>,
+    pub held: Vec<NodeCondition>,
     pub nodes: Vec<Node>,
-    /// When it has converged: √(gᵀH⁻¹g) over the root of the energy.
+    /// Convergence: √(gᵀH⁻¹g) over the root of the energy.
     pub tolerance: f64,
     pub max_iterations: u32,
 }
 
 /// How a descent ended.
-pub(super) struct Ended {
+pub(super) struct DescentEnd {
     pub status: CurveStatus,
     pub iterations: u32,
     /// √(gᵀH⁻¹g)
@@ -75,15 +78,8 @@ struct Evaluated {
     by: Vec<[DVec3; 2]>,
 }
 
-/// The directions in which the unknowns of a node move its place and its velocity.
+/// The directions in which the unknowns of a node move its position and its velocity.
 type Directions = [[DVec3; 2]; OWN];
-
-/// The numbering of the unknowns.
-struct Numbers {
-    /// The first number of every node, and how many there are.
-    first: Vec<usize>,
-    count: usize,
-}
 
 impl Course<'_> {
     /// The nodes at the ends of a piece.
@@ -116,7 +112,7 @@ impl Course<'_> {
             }
         }
         for ((held, node), by) in self.held.iter().zip(nodes).zip(&mut by) {
-            if let Held::Spring { weight, target } = held {
+            if let NodeCondition::Spring { weight, target } = held {
                 energy += 0.5 * weight * node.place.distance_squared(*target);
                 by[0] += *weight * (node.place - *target);
             }
@@ -124,7 +120,7 @@ impl Course<'_> {
         Evaluated { energy, by }
     }
 
-    /// What rounding leaves of an energy, to a factor: x″ is known to ε of itself, and to that of places over h².
+    /// Rounding of an energy, to a factor: x″ is known to ε of itself, and of positions over h².
     fn rounding(&self, energy: f64) -> f64 {
         let far = self.nodes.iter().map(|node| node.place.length()).fold(0.0, f64::max);
         let of_piece = |(piece, &h): (usize, &f64)| {
@@ -136,35 +132,32 @@ impl Course<'_> {
         ROUNDING * ((2.0 * energy * square).sqrt() + square)
     }
 
-    fn numbers(&self) -> Numbers {
-        let mut count = 0;
-        let first = (0..self.held.len()).map(|node| {
-            let first = count;
-            count += self.free(node).len();
-            first
-        });
-        Numbers { first: first.collect(), count }
+    /// The first unknown of every node, and how many there are.
+    fn firsts(&self) -> Vec<usize> {
+        ragged::offsets((0..self.held.len()).map(|node| self.free(node).len()))
     }
 
-    /// A matrix of zeros in which every node is coupled to the one before it, and the last of a closed spline to the first.
-    fn matrix(&self, numbers: &Numbers) -> Skyline {
+    /// A matrix of zeros in which every node is coupled to the one before it, and the last of a
+    /// closed spline to the first.
+    fn matrix(&self, firsts: &[usize]) -> Skyline {
         let last = self.nodes.len() - 1;
-        let first = |row: usize| {
-            let node = numbers.first.partition_point(|&first| first <= row) - 1;
-            if node == last && self.is_closed() { 0 } else { numbers.first[node.saturating_sub(1)] }
-        };
-        Skyline::new((0..numbers.count).map(first).collect())
+        let mut rows = Vec::with_capacity(firsts[last + 1]);
+        for node in 0..=last {
+            let first = if node == last && self.is_closed() { 0 } else { firsts[node.saturating_sub(1)] };
+            rows.resize(firsts[node + 1], first);
+        }
+        Skyline::new(rows)
     }
 
-    /// [Descends](Self::descend) about an origin, which the surface's coordinates have, and returns the energy too. Nodes that
-    /// stay keep all digits.
-    pub fn descend_about(&mut self, origin: DVec3) -> (Ended, f64) {
+    /// [Descends](Self::descend) about an origin, which the surface's coordinates have, and returns
+    /// the energy too. Nodes that stay keep all digits.
+    pub fn descend_about(&mut self, origin: DVec3) -> (DescentEnd, f64) {
         let given = self.nodes.clone();
         self.move_by(-origin);
         let found = (self.descend(), self.energy());
         self.move_by(origin);
         for (node, (held, given)) in self.nodes.iter_mut().zip(self.held.iter().zip(given)) {
-            if matches!(held, Held::Pinned | Held::Clamped) {
+            if matches!(held, NodeCondition::Pinned | NodeCondition::Clamped) {
                 node.place = given.place;
             }
         }
@@ -172,28 +165,30 @@ impl Course<'_> {
     }
 
     fn move_by(&mut self, way: DVec3) {
-        self.nodes.iter_mut().for_each(|node| node.place += way);
+        for node in &mut self.nodes {
+            node.place += way;
+        }
         for held in &mut self.held {
-            if let Held::Spring { target, .. } = held {
+            if let NodeCondition::Spring { target, .. } = held {
                 *target += way;
             }
         }
     }
 
     /// Descends to the spline of least energy near.
-    fn descend(&mut self) -> Ended {
-        let numbers = self.numbers();
-        let mut matrix = self.matrix(&numbers);
+    fn descend(&mut self) -> DescentEnd {
+        let firsts = self.firsts();
+        let mut matrix = self.matrix(&firsts);
         let mut damping = Damping::<f64>::new();
         let mut evaluated = self.evaluate(&self.nodes);
-        let mut ended = Ended { status: CurveStatus::NotConverged, iterations: 0, norm: f64::NAN };
+        let mut ended = DescentEnd { status: CurveStatus::NotConverged, iterations: 0, norm: f64::NAN };
         while evaluated.energy.is_finite() {
             let frames: Vec<Frame> = self.nodes.iter().map(|node| Frame::at(self.surface, node.place)).collect();
             let directions: Vec<Directions> =
                 frames.iter().zip(&self.nodes).map(|(frame, node)| directions(frame, node.velocity)).collect();
-            let slopes = self.reduced(&numbers, &directions, &evaluated);
+            let slopes = self.reduced(&directions, &evaluated);
             let accepted = loop {
-                self.assemble(&mut matrix, &numbers, &frames, &directions, &evaluated, damping.lambda);
+                self.assemble(&mut matrix, &firsts, &frames, &directions, &evaluated, damping.lambda);
                 if matrix.factor() != Some(0) {
                     if damping.stiffen() {
                         continue;
@@ -207,15 +202,15 @@ impl Course<'_> {
                     ended.norm = (-slope).max(0.0).sqrt();
                     let least = self.tolerance * self.tolerance * evaluated.energy + self.rounding(evaluated.energy);
                     if -slope <= least {
-                        return Ended { status: CurveStatus::Converged, ..ended };
+                        return DescentEnd { status: CurveStatus::Converged, ..ended };
                     }
                 }
                 if ended.iterations == self.max_iterations {
                     return ended;
                 }
-                let moved = self.moved(&numbers, &directions, &step);
+                let moved = self.moved(&firsts, &directions, &step);
                 let there = self.evaluate(&moved);
-                let along = self.reduced(&numbers, &directions, &there);
+                let along = self.reduced(&directions, &there);
                 let slope_there = along.iter().zip(&step).map(|(g, p)| g * p).sum();
                 let energies = [evaluated.energy, there.energy];
                 let trial = Trial { smallest: 1.0, slopes: [slope, slope_there], energies, alpha: 1.0 };
@@ -232,18 +227,18 @@ impl Course<'_> {
         ended
     }
 
-    /// The unknowns of a node that are free, by their place among its [directions](Directions).
+    /// The free unknowns of a node, by their index among its [directions](Directions).
     fn free(&self, node: usize) -> std::ops::Range<usize> {
         match self.held[node] {
-            Held::Clamped => OWN..OWN,
-            Held::Pinned => 2..OWN,
-            Held::Free | Held::Spring { .. } => 0..OWN,
+            NodeCondition::Clamped => OWN..OWN,
+            NodeCondition::Pinned => 2..OWN,
+            NodeCondition::Free | NodeCondition::Spring { .. } => 0..OWN,
         }
     }
 
     /// Derivatives by the unknowns.
-    fn reduced(&self, numbers: &Numbers, directions: &[Directions], evaluated: &Evaluated) -> Vec<f64> {
-        let mut reduced = Vec::with_capacity(numbers.count);
+    fn reduced(&self, directions: &[Directions], evaluated: &Evaluated) -> Vec<f64> {
+        let mut reduced = Vec::with_capacity(OWN * directions.len());
         for (node, (directions, [place, velocity])) in directions.iter().zip(&evaluated.by).enumerate() {
             reduced.extend(self.free(node).map(|k| directions[k][0].dot(*place) + directions[k][1].dot(*velocity)));
         }
@@ -251,35 +246,34 @@ impl Course<'_> {
     }
 
     /// The nodes after a step of the unknowns.
-    fn moved(&self, numbers: &Numbers, directions: &[Directions], step: &[f64]) -> Vec<Node> {
-        let moved = |(node, own): (usize, &Node)| {
-            if self.held[node] == Held::Clamped {
-                return *own;
+    fn moved(&self, firsts: &[usize], directions: &[Directions], step: &[f64]) -> Vec<Node> {
+        let mut moved = self.nodes.clone();
+        for (node, own) in moved.iter_mut().enumerate() {
+            if self.held[node] == NodeCondition::Clamped {
+                continue;
             }
-            let mut node_moved = *own;
-            for (k, step) in self.free(node).zip(&step[numbers.first[node]..]) {
-                // Without the terms along the normal, which the way back to the surface brings.
+            for (k, step) in self.free(node).zip(&step[firsts[node]..]) {
+                // Without the terms along the normal, which the projection brings.
                 if k < 2 {
-                    node_moved.place += *step * directions[node][k][0];
+                    own.place += *step * directions[node][k][0];
                 } else {
-                    node_moved.velocity += *step * directions[node][k][1];
+                    own.velocity += *step * directions[node][k][1];
                 }
             }
-            if self.held[node] != Held::Pinned {
-                // A place that has no foot is no number, and the trial is refused.
-                node_moved.place = self.surface.foot(node_moved.place).unwrap_or(DVec3::NAN);
+            if self.held[node] != NodeCondition::Pinned {
+                // A place without a projection is NaN, and the trial is refused.
+                own.place = self.surface.project(own.place).unwrap_or(DVec3::NAN);
             }
-            node_moved.velocity = Frame::at(self.surface, node_moved.place).tangential(node_moved.velocity);
-            node_moved
-        };
-        self.nodes.iter().enumerate().map(moved).collect()
+            own.velocity = Frame::at(self.surface, own.place).tangential(own.velocity);
+        }
+        moved
     }
 
-    /// H + λ L at the nodes, with Newton's matrix H and that of a flat spline L.
+    /// H + λ L at the nodes, with Newton's matrix H and the matrix L of a flat spline.
     fn assemble(
         &self,
         matrix: &mut Skyline,
-        numbers: &Numbers,
+        firsts: &[usize],
         frames: &[Frame],
         directions: &[Directions],
         evaluated: &Evaluated,
@@ -309,31 +303,33 @@ impl Course<'_> {
                         }
                         let [place, velocity] = directions[ends[j]][l];
                         let x = along[0].dot(place) + along[1].dot(velocity);
-                        matrix.add(numbers.first[ends[i]] + row, numbers.first[ends[j]] + column, x);
+                        matrix.add(firsts[ends[i]] + row, firsts[ends[j]] + column, x);
                     }
                 }
             }
         }
         for (node, frame) in frames.iter().enumerate() {
-            self.bend(matrix, numbers.first[node], node, frame, &directions[node], evaluated.by[node], lambda);
+            if self.free(node).start > 0 {
+                continue;
+            }
+            let by_steps = self.bend(node, frame, evaluated.by[node], lambda);
+            let (first, directions) = (firsts[node], &directions[node]);
+            let pull = evaluated.by[node][1].dot(frame.normal);
+            for a in 0..2 {
+                for b in 0..=a {
+                    matrix.add(first + a, first + b, directions[a][0].dot(by_steps * directions[b][0]));
+                }
+                for b in 0..2 {
+                    let bent = directions[a][0].dot(frame.shape * directions[2 + b][1]);
+                    matrix.add(first + 2 + b, first + a, -pull * bent);
+                }
+            }
         }
     }
 
-    /// Adds what the curvature of the surface brings at a node, and what its spring does.
-    #[allow(clippy::too_many_arguments)]
-    fn bend(
-        &self,
-        matrix: &mut Skyline,
-        first: usize,
-        node: usize,
-        frame: &Frame,
-        directions: &Directions,
-        [by_place, by_velocity]: [DVec3; 2],
-        lambda: f64,
-    ) {
-        if matches!(self.held[node], Held::Pinned | Held::Clamped) {
-            return;
-        }
+    /// The second derivatives by a node's place that the curvature of the surface brings, and its
+    /// spring.
+    fn bend(&self, node: usize, frame: &Frame, [by_place, by_velocity]: [DVec3; 2], lambda: f64) -> DMat3 {
         let Node { place, velocity } = self.nodes[node];
         let shape = frame.shape;
         let (push, pull) = (by_place.dot(frame.normal), by_velocity.dot(frame.normal));
@@ -342,22 +338,14 @@ impl Course<'_> {
         let turning = frame.turning(self.surface, place, velocity) - shape * (shape * frame.normal).dot(velocity);
         let across = shape * frame.tangential(by_velocity);
         let mut by_steps = shape * -push - turning * pull - outer(across, k) - outer(k, across);
-        if let Held::Spring { weight, .. } = self.held[node] {
+        if let NodeCondition::Spring { weight, .. } = self.held[node] {
             by_steps += (1.0 + lambda) * weight * DMat3::IDENTITY;
         }
-        for a in 0..2 {
-            for b in 0..=a {
-                matrix.add(first + a, first + b, directions[a][0].dot(by_steps * directions[b][0]));
-            }
-            for b in 0..2 {
-                let bent = directions[a][0].dot(shape * directions[2 + b][1]);
-                matrix.add(first + 2 + b, first + a, -pull * bent);
-            }
-        }
+        by_steps
     }
 }
 
-/// How the unknowns of a node of this velocity move it, to first order.
+/// The first-order moves of a node of this velocity by its unknowns.
 fn directions(frame: &Frame, velocity: DVec3) -> Directions {
     let (first, second) = frame.normal.any_orthonormal_pair();
     let turned = |along: DVec3| -frame.normal * velocity.dot(frame.shape * along);

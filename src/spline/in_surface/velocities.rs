@@ -1,34 +1,24 @@
-//! Velocities that are given at the ends of splines.
+//! Velocities given at the ends of splines.
 
 use glam::DVec3;
 
 use super::SurfaceSpline;
 use crate::batch::{CurveBatch, Unfitted};
-use crate::constraint::Constraints;
 use crate::curve::vector;
-use crate::error::Result;
 use crate::spline::ends::end_tangents;
 use crate::spline::knots::Knots;
 use crate::status::CurveStatus;
-use crate::surface::{Globe, normal};
+use crate::surface::normal;
 
-/// Vectors with a smaller part of them along the surface stand across it, but for rounding: points are on the surface to as much
-/// of a curve's size.
+/// A tangent is perpendicular to the surface if a smaller share of it lies along the surface.
+/// Points are on the surface to the same share of a curve's size.
 const ACROSS: f64 = 1e-9;
 
 /// The velocities given at the first and the last knot, in the tangent planes there.
 pub(super) type Velocities = [Option<DVec3>; 2];
 
-/// A batch of longitudes and latitudes in space, with its rates in degrees as velocities.
-pub(super) fn with_velocities(spatial: CurveBatch, globe: Globe, batch: &CurveBatch) -> Result<CurveBatch> {
-    let Some(tangents) = &batch.constraints().tangents else { return Ok(spatial) };
-    let d = batch.dimension();
-    let of = |(point, rate): (&[f64], &[f64])| globe.velocity([point[0], point[1]], [rate[0], rate[1]]).to_array();
-    let velocities = batch.coords().chunks_exact(d).zip(tangents.chunks_exact(d)).flat_map(of).collect();
-    spatial.with_constraints(Constraints { tangents: Some(velocities), ..batch.constraints().clone() })
-}
-
-/// The batch with a problem for every curve that has a tangent which is not finite. `None` where none has one.
+/// The batch with a problem for every curve that has a tangent which is not finite. `None` where
+/// none has one.
 pub(super) fn bounded(batch: &CurveBatch) -> Option<CurveBatch> {
     batch.constraints().tangents.as_ref()?;
     let of = |i: usize| {
@@ -46,17 +36,17 @@ fn refused(message: String) -> Unfitted {
 }
 
 impl SurfaceSpline {
-    /// The velocities at the ends of all curves. Curves that cannot have theirs are not fitted.
+    /// The velocities at the ends of all curves. Curves with invalid ones become unfitted.
     pub(super) fn velocities(&self, batch: &CurveBatch, knots: &mut Knots) -> Vec<Velocities> {
-        let found: Vec<Result<Velocities, String>> = (0..batch.len())
-            .map(|i| if knots.unfitted.contains_key(&i) { Ok([None; 2]) } else { self.velocities_of(batch, knots, i) })
-            .collect();
-        let mut velocities = Vec::with_capacity(found.len());
-        for (i, found) in found.into_iter().enumerate() {
-            velocities.push(found.unwrap_or_else(|message| {
-                knots.unfitted.insert(i, refused(message));
-                [None; 2]
-            }));
+        let mut velocities = vec![[None; 2]; batch.len()];
+        for (i, velocities) in velocities.iter_mut().enumerate() {
+            if knots.unfitted.contains_key(&i) {
+                continue;
+            }
+            match self.velocities_of(batch, knots, i) {
+                Ok(found) => *velocities = found,
+                Err(message) => drop(knots.unfitted.insert(i, refused(message))),
+            }
         }
         velocities
     }
@@ -66,10 +56,9 @@ impl SurfaceSpline {
         let places = knots.values(i);
         let last = batch.count(i) - 1;
         let ends = [(0, &places[..3]), (last, &places[places.len() - 3..])];
-        for ((velocity, tangent), (k, place)) in
-            velocities.iter_mut().zip(end_tangents(self.ends, batch, knots, i)?).zip(ends)
-        {
+        for (end, tangent) in end_tangents(self.ends, batch, knots, i)?.into_iter().enumerate() {
             let Some(given) = tangent.map(vector) else { continue };
+            let (k, place) = ends[end];
             let normal = normal(&*self.surface, vector(place));
             let along = given - given.dot(normal) * normal;
             if along.length() <= ACROSS * given.length() && given != DVec3::ZERO {
@@ -80,7 +69,7 @@ impl SurfaceSpline {
                 );
                 return Err(batch.sentence(i, k, &what));
             }
-            *velocity = Some(along);
+            velocities[end] = Some(along);
         }
         Ok(velocities)
     }

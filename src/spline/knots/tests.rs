@@ -8,12 +8,14 @@ fn knots(batch: &CurveBatch, parametrisation: Parametrisation) -> Knots {
 fn each_parametrisation_follows_its_rule() {
     let points = [[0.0, 0.0], [3.0, 4.0], [3.0, 8.0], [3.0, 8.0]];
     let batch = CurveBatch::from_slices(&[&points[..], &points[..3]]).unwrap();
-    let chord = knots(&batch, Parametrisation::Auto);
+    let chord = knots(&batch, Parametrisation::ChordLength);
     assert_eq!((chord.t(0), chord.t(1)), (&[0.0, 5.0, 9.0][..], &[0.0, 5.0, 9.0][..]));
     assert_eq!(chord.repeats, BTreeMap::from([(0, vec![0, 1, 2, 2])]));
     assert_eq!(chord.values(1), &points.as_flattened()[..6]);
     let roots = [0.0, 5_f64.sqrt(), 5_f64.sqrt() + 2.0];
-    assert_eq!(knots(&batch, Parametrisation::Centripetal).t(1), roots.map(|t| 9.0 * (t / roots[2])));
+    for rule in [Parametrisation::Centripetal, Parametrisation::Auto] {
+        assert_eq!(knots(&batch, rule).t(1), roots.map(|t| 9.0 * (t / roots[2])));
+    }
     assert_eq!(knots(&batch, Parametrisation::Uniform).t(0), &[0.0, 1.0, 2.0, 3.0]);
     let batch = batch.with_parameters(vec![1.0, 2.0, 5.0, 5.0, -1.0, 0.5, 9.0]).unwrap();
     let given = knots(&batch, Parametrisation::Auto);
@@ -24,7 +26,7 @@ fn each_parametrisation_follows_its_rule() {
 fn a_closed_curve_repeats_its_first_knot_one_period_later() {
     let square = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0], [0.0, 2.0], [0.0, 0.0], [0.0, 0.0]];
     let batch = CurveBatch::from_slices(&[&square[..]]).unwrap().closed(true);
-    let chord = knots(&batch, Parametrisation::Auto);
+    let chord = knots(&batch, Parametrisation::ChordLength);
     assert_eq!(chord.t(0), &[0.0, 2.0, 4.0, 6.0, 8.0]);
     assert_eq!(chord.values(0)[8..], [0.0, 0.0]);
     // Six data points are left; the last is where the curve closes.

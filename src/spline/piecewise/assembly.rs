@@ -1,10 +1,10 @@
 //! The systems for the first derivatives at the knots.
 
-use super::{Boundary, Condition, Knotted};
+use super::{EndCondition, Knotted};
 use crate::parallel;
 use crate::ragged;
 
-/// Tridiagonal systems, one a curve, and their right-hand sides. Curves without a spline have none.
+/// A tridiagonal system per curve, with right-hand sides. Curves without a spline have no rows.
 pub(super) struct System {
     pub offsets: Vec<usize>,
     pub lower: Vec<f64>,
@@ -13,18 +13,9 @@ pub(super) struct System {
     pub rhs: Vec<f64>,
 }
 
-/// A row of a system.
-struct Row<'r> {
-    lower: f64,
-    diagonal: f64,
-    upper: f64,
-    rhs: &'r mut [f64],
-}
-
 impl System {
-    pub fn new(given: &Knotted, boundary: &Boundary, has_spline: impl Fn(usize) -> bool) -> Self {
-        let d = given.columns;
-        let periodic = matches!(boundary, Boundary::Periodic);
+    pub fn new(given: &Knotted, ends: &[EndCondition; 2], has_spline: impl Fn(usize) -> bool) -> Self {
+        let (d, periodic) = (given.columns, given.periodic);
         let rows = |i: usize| match has_spline(i) {
             // The last knot of a periodic spline is its first again.
             true => given.offsets[i + 1] - given.offsets[i] - usize::from(periodic),
@@ -32,23 +23,20 @@ impl System {
         };
         let offsets = ragged::offsets((0..given.len()).map(rows));
         let size = offsets[given.len()];
-        // Three coefficients and `d` right-hand sides a row, so that curves are assembled in parallel.
+        // Three coefficients and `d` right-hand sides a row, so that curves are assembled in
+        // parallel.
         let width = 3 + d;
         let mut table = vec![0.0; size * width];
-        let ends: Vec<usize> = offsets.iter().map(|offset| offset * width).collect();
-        parallel::parts(&mut table, &ends, |i, table| {
+        let table_ends: Vec<usize> = offsets.iter().map(|offset| offset * width).collect();
+        parallel::parts(&mut table, &table_ends, |i, table| {
             if table.is_empty() {
                 return;
             }
             let curve = Curve::new(given, i);
             for (k, row) in table.chunks_exact_mut(width).enumerate() {
                 let (bands, rhs) = row.split_at_mut(3);
-                let row = Row { lower: 0.0, diagonal: 0.0, upper: 0.0, rhs };
-                let row = match boundary {
-                    Boundary::Periodic => curve.periodic(k, row),
-                    Boundary::Ends(ends) => curve.open(i, k, ends, row),
-                };
-                (bands[0], bands[1], bands[2]) = (row.lower, row.diagonal, row.upper);
+                let row = if periodic { curve.periodic(k, rhs) } else { curve.open(i, k, ends, rhs) };
+                bands.copy_from_slice(&row);
             }
         });
         let band = |m: usize| table.chunks_exact(width).map(|row| row[m]).collect::<Vec<f64>>();
@@ -80,77 +68,68 @@ impl<'a> Curve<'a> {
         (self.y[(k + 1) * self.d + column] - self.y[k * self.d + column]) / self.h(k)
     }
 
-    /// The second derivative is the same on both sides of a knot: of spans `a` and `b`.
-    fn continuous<'r>(&self, a: usize, b: usize, row: Row<'r>) -> Row<'r> {
+    /// The row for equal second derivatives on both sides of a knot, of spans `a` and `b`: lower,
+    /// diagonal and upper entry, with the right-hand sides in `rhs`.
+    fn continuous(&self, a: usize, b: usize, rhs: &mut [f64]) -> [f64; 3] {
         let (before, after) = (self.h(a), self.h(b));
-        for (column, to) in row.rhs.iter_mut().enumerate() {
+        for (column, to) in rhs.iter_mut().enumerate() {
             *to = 3.0 * (after * self.slope(a, column) + before * self.slope(b, column));
         }
-        Row { lower: after, diagonal: 2.0 * (before + after), upper: before, ..row }
+        [after, 2.0 * (before + after), before]
     }
 
-    fn periodic<'r>(&self, k: usize, row: Row<'r>) -> Row<'r> {
+    fn periodic(&self, k: usize, rhs: &mut [f64]) -> [f64; 3] {
         let spans = self.x.len() - 1;
         match spans {
             // One span between equal values: a constant.
-            1 => Row { diagonal: 1.0, ..row },
+            1 => [0.0, 1.0, 0.0],
             // Two: both neighbours are the other knot, and the slopes are equal.
             2 => {
                 let (a, b) = (1.0 / self.h(0), 1.0 / self.h(1));
-                for (column, to) in row.rhs.iter_mut().enumerate() {
+                for (column, to) in rhs.iter_mut().enumerate() {
                     *to = (self.slope(0, column) * a + self.slope(1, column) * b) / (a + b);
                 }
-                Row { diagonal: 1.0, ..row }
+                [0.0, 1.0, 0.0]
             }
-            _ => self.continuous((k + spans - 1) % spans, k, row),
+            _ => self.continuous((k + spans - 1) % spans, k, rhs),
         }
     }
 
-    fn open<'r>(&self, i: usize, k: usize, ends: &[Condition; 2], row: Row<'r>) -> Row<'r> {
+    fn open(&self, i: usize, k: usize, ends: &[EndCondition; 2], rhs: &mut [f64]) -> [f64; 3] {
         let last = self.x.len() - 1;
         if k > 0 && k < last {
-            return self.continuous(k - 1, k, row);
+            return self.continuous(k - 1, k, rhs);
         }
         let at_end = k > 0;
-        let condition = &ends[usize::from(at_end)];
-        let Row { rhs, .. } = row;
+        let condition = ends[usize::from(at_end)];
+        // A parabola through three points.
+        let is_parabola = last == 2 && ends.iter().all(|end| *end == EndCondition::NotAKnot);
         // The span at this end, and the next one.
         let span = if at_end { last - 1 } else { 0 };
-        let h = self.h(span);
-        let value = |values: &[f64], column: usize| values[i * self.d + column];
+        let (h, next) = (self.h(span), if at_end { last.saturating_sub(2) } else { 1 });
         let (diagonal, beside) = match condition {
-            Condition::First(values) => {
-                rhs.iter_mut().enumerate().for_each(|(column, to)| *to = value(values, column));
-                (1.0, 0.0)
-            }
-            Condition::Second(values) => {
-                let sign = if at_end { 0.5 } else { -0.5 };
-                for (column, to) in rhs.iter_mut().enumerate() {
-                    *to = sign * value(values, column) * h * h + 3.0 * self.slope(span, column) * h;
-                }
-                (2.0 * h, h)
-            }
-            Condition::NotAKnot if last == 1 => {
-                rhs.iter_mut().enumerate().for_each(|(column, to)| *to = self.slope(span, column));
-                (1.0, 0.0)
-            }
-            // A parabola through three points.
-            Condition::NotAKnot if last == 2 && ends.iter().all(|end| *end == Condition::NotAKnot) => {
-                rhs.iter_mut().enumerate().for_each(|(column, to)| *to = 2.0 * self.slope(span, column));
-                (1.0, 1.0)
-            }
-            Condition::NotAKnot => {
-                let next = if at_end { last - 2 } else { 1 };
-                let both = h + self.h(next);
-                for (column, to) in rhs.iter_mut().enumerate() {
-                    let (own, other) = (self.slope(span, column), self.slope(next, column));
-                    *to = ((h + 2.0 * both) * self.h(next) * own + h * h * other) / both;
-                }
-                (self.h(next), both)
-            }
+            EndCondition::First(_) => (1.0, 0.0),
+            EndCondition::Second(_) => (2.0 * h, h),
+            EndCondition::NotAKnot if last == 1 => (1.0, 0.0),
+            EndCondition::NotAKnot if is_parabola => (1.0, 1.0),
+            EndCondition::NotAKnot => (self.h(next), h + self.h(next)),
         };
-        let (lower, upper) = if at_end { (beside, 0.0) } else { (0.0, beside) };
-        Row { lower, diagonal, upper, rhs }
+        for (column, to) in rhs.iter_mut().enumerate() {
+            let slope = self.slope(span, column);
+            *to = match condition {
+                EndCondition::First(values) => values[i * self.d + column],
+                EndCondition::Second(values) => {
+                    let sign = if at_end { 0.5 } else { -0.5 };
+                    sign * values[i * self.d + column] * h * h + 3.0 * slope * h
+                }
+                EndCondition::NotAKnot if last == 1 => slope,
+                EndCondition::NotAKnot if is_parabola => 2.0 * slope,
+                EndCondition::NotAKnot => {
+                    ((h + 2.0 * beside) * self.h(next) * slope + h * h * self.slope(next, column)) / beside
+                }
+            };
+        }
+        if at_end { [beside, diagonal, 0.0] } else { [0.0, diagonal, beside] }
     }
 }
 

@@ -1,10 +1,11 @@
-//! The curve of least bending within a distance of its points: to the normalised programme and back.
+//! The curve of least bending within a distance of its points: to the normalised programme and
+//! back.
 
-use super::{Smoother, Target, keeps, unsolvable};
+use super::{Slot, Smoother, keeps, unsolvable};
+use crate::curve::vector;
 use crate::report::CurveReport;
 use crate::sort;
 use crate::spline::tube::{Disc, GAP, Tube};
-use crate::status::CurveStatus;
 
 /// Roundings of the largest coordinate that a distance has to be larger than: closer than that is
 /// on the points.
@@ -12,21 +13,21 @@ const ROUNDINGS: f64 = 1024.0;
 
 impl Smoother {
     /// The curve of least bending within `allowed` of every point.
-    pub(super) fn least(&mut self, target: &mut Target, allowed: f64) -> CurveReport {
+    pub(super) fn least(&mut self, slot: &mut Slot, allowed: f64) -> CurveReport {
         let closed = self.problem.closed;
         if !closed && self.solve_line() {
-            let deviation = self.deviation(target).0;
+            let deviation = self.deviation(slot).0;
             if keeps(deviation, allowed) {
-                return CurveReport { smoothing: None, ..self.keep(target, 0.0, deviation) };
+                return CurveReport { smoothing: None, ..self.keep(slot, 0.0, deviation) };
             }
         }
         if !self.solve(0.0) {
-            return unsolvable(target, &self.data);
+            return unsolvable(slot, &self.data);
         }
-        let found = self.deviation(target);
-        let through = CurveReport { smoothing: None, ..self.keep(target, 0.0, found.0) };
+        let found = self.deviation(slot);
+        let through = CurveReport { smoothing: None, ..self.keep(slot, 0.0, found.0) };
         if !keeps(found.0, allowed) {
-            return self.apart(target, found, allowed, through);
+            return Self::apart(slot, found, allowed, through);
         }
         let rounding = f64::EPSILON * self.data.iter().fold(0.0, |largest: f64, y| largest.max(y.abs()));
         if allowed <= ROUNDINGS * rounding {
@@ -34,10 +35,9 @@ impl Smoother {
         }
         // So that rounding to coordinates breaks nothing.
         let distance = (allowed - 4.0 * rounding) * (1.0 - 16.0 * f64::EPSILON);
-        let Some(report) = self.within(target, distance) else {
+        let Some(report) = self.within(slot, distance) else {
             let what = format!("the least curve within {allowed} overflows: the curve goes through its points");
-            let message = Some(target.batch.sentence(target.curve, 0, &what));
-            return CurveReport { status: CurveStatus::NotConverged, message, ..through };
+            return slot.not_converged(0, &what, through);
         };
         if self.stands() {
             return report;
@@ -45,23 +45,21 @@ impl Smoother {
         // The least curve is a point, or flat: the best of one λ keeps more of the shape than
         // smaller distances do.
         self.problem.prepare();
-        let report = self.search(target, allowed);
-        self.stopped(target, &format!("the least curve within {allowed}"), report)
+        let report = self.search(slot, allowed);
+        self.stopped(slot, &format!("the least curve within {allowed}"), report)
     }
 
     /// The same, of the normalised problem. `None` where the arithmetic overflows.
-    fn within(&mut self, target: &mut Target, distance: f64) -> Option<CurveReport> {
+    fn within(&mut self, slot: &mut Slot, distance: f64) -> Option<CurveReport> {
         let (d, radius) = (self.problem.dimension, distance / self.size);
         let count = self.problem.count;
         let held: Vec<bool> = self.problem.inverse_weights.iter().map(|&inverse| inverse == 0.0).collect();
         let centres: Vec<f64> = self.problem.data.iter().map(|y| y / radius).collect();
-        let entries = target.knots.repeats.get(&target.curve);
-        let points = target.batch.points(target.curve).chunks_exact(d).enumerate();
+        let points = slot.batch.points(slot.curve).chunks_exact(d).enumerate();
         let mut discs: Vec<Disc> = points
             .map(|(k, point)| {
-                let knot = entries.map_or(k, |entries| entries[k] as usize % count);
-                let offset = |c: usize| if c < d { (self.data[knot * d + c] - point[c]) / distance } else { 0.0 };
-                Disc { knot, offset: std::array::from_fn(offset) }
+                let knot = slot.knots.entry(slot.curve, k) % count;
+                Disc { knot, offset: (vector(&self.data[knot * d..][..d]) - vector(point)) / distance }
             })
             .filter(|disc| !held[disc.knot])
             .collect();
@@ -71,16 +69,20 @@ impl Smoother {
         let least = Tube { dimension: d, closed, held: &held, spans, centres: &centres, discs: &discs }.least();
         // The spline through the values found.
         let data = self.problem.data.clone();
-        self.problem.data.iter_mut().zip(&least.moved).for_each(|(y, u)| *y += radius * u);
+        for (y, u) in self.problem.data.iter_mut().zip(&least.moved) {
+            *y += radius * u;
+        }
         self.problem.prepare();
         let solved = self.problem.solve(0.0);
         self.problem.data = data;
-        self.problem.correction.iter_mut().zip(&least.moved).for_each(|(x, u)| *x = -radius * u);
+        for (x, u) in self.problem.correction.iter_mut().zip(&least.moved) {
+            *x = -radius * u;
+        }
         if !self.finish_solve() || !solved {
             return None;
         }
-        let deviation = self.deviation(target).0;
-        let mut report = self.keep(target, 0.0, deviation);
+        let deviation = self.deviation(slot).0;
+        let mut report = self.keep(slot, 0.0, deviation);
         (report.smoothing, report.iterations, report.gradient_norm) = (None, least.iterations, least.gap);
         if !least.converged {
             let what = format!(
@@ -88,8 +90,7 @@ impl Smoother {
                  rounding leaves no more for {count} knots as unevenly spaced as these and a distance of {distance}",
                 least.iterations, least.gap
             );
-            report.status = CurveStatus::NotConverged;
-            report.message = Some(target.batch.sentence(target.curve, 0, &what));
+            report = slot.not_converged(0, &what, report);
         }
         Some(report)
     }

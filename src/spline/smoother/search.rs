@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::{Smoother, Target, keeps, unsolvable};
+use super::{Slot, Smoother, keeps, unsolvable};
 use crate::report::CurveReport;
 use crate::spline::smoothing::LAMBDA_CAP;
 
@@ -30,7 +30,7 @@ pub(in crate::spline) fn octave() -> impl Iterator<Item = f64> {
     (0..STEPS_PER_OCTAVE).map(lambda_at)
 }
 
-/// What the last attempt above the result broke.
+/// The condition that the last λ above the result broke.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Broken {
     Deviation,
@@ -43,77 +43,70 @@ enum Broken {
 impl Smoother {
     /// The largest λ that keeps the deviation allowed, ∞ included, and leaves a closed curve its
     /// share of its size.
-    pub(super) fn search(&mut self, target: &mut Target, allowed: f64) -> CurveReport {
-        let keeps = |deviation: f64| keeps(deviation, allowed);
-        let closed = self.problem.closed;
-        if !closed && self.solve_line() {
-            let deviation = self.deviation(target).0;
-            if keeps(deviation) {
-                return self.keep(target, LAMBDA_CAP, deviation);
+    pub(super) fn search(&mut self, slot: &mut Slot, allowed: f64) -> CurveReport {
+        if !self.problem.closed && self.solve_line() {
+            let deviation = self.deviation(slot).0;
+            if keeps(deviation, allowed) {
+                return self.keep(slot, LAMBDA_CAP, deviation);
             }
         }
         if !self.solve(0.0) {
-            return unsolvable(target, &self.data);
+            return unsolvable(slot, &self.data);
         }
-        let found = self.deviation(target);
-        let mut best = self.keep(target, 0.0, found.0);
-        if !keeps(found.0) {
-            return self.apart(target, found, allowed, best);
+        let found = self.deviation(slot);
+        let mut best = self.keep(slot, 0.0, found.0);
+        if !keeps(found.0, allowed) {
+            return Self::apart(slot, found, allowed, best);
         }
         let mut broken = Broken::Deviation;
-        let mut reaches = |smoother: &mut Self, step: i32| {
-            let normalised = lambda_at(step);
-            let solved = smoother.solve(normalised);
-            let deviation = if solved { smoother.deviation(target).0 } else { f64::INFINITY };
-            if solved && keeps(deviation) && smoother.stands() {
-                best = smoother.keep(target, normalised, deviation);
-                return true;
+        let (mut step, mut below, mut above) = (self.first_stride(allowed), FIRST_STEP - 1, LAST_STEP + 1);
+        while above - below > 1 {
+            match self.attempt(slot, step, allowed) {
+                Ok(report) => (best, below) = (report, step),
+                Err(what) => (broken, above) = (what, step),
             }
-            broken = match (solved, keeps(deviation)) {
-                (false, _) => Broken::Arithmetic(normalised),
-                (true, true) => Broken::Share,
-                (true, false) => Broken::Deviation,
+            step = match (below >= FIRST_STEP, above <= LAST_STEP) {
+                (true, true) => below + (above - below) / 2,
+                (true, false) => (below + STRIDE).min(LAST_STEP),
+                _ => (above - STRIDE).max(FIRST_STEP),
             };
-            false
-        };
-        // While λ is small the points move by λ|ΩQγ|: a start close to the goal for noisy data.
-        let mut start = allowed / (self.size * self.problem.largest_pull());
-        if closed {
-            // There the first Fourier mode of a closed curve, and with it the curve, is halved.
-            start = start.min(self.problem.inverse_weights.iter().map(|x| 1.0 / x).sum::<f64>() / TAU.powi(4));
-        }
-        let octaves =
-            start.log2().clamp(f64::from(FIRST_STEP / STEPS_PER_OCTAVE), f64::from(LAST_STEP / STEPS_PER_OCTAVE));
-        let mut step = (octaves * f64::from(STEPS_PER_OCTAVE) / f64::from(STRIDE)).floor() as i32 * STRIDE;
-        let (mut below, mut above) = (None, None);
-        loop {
-            step = step.clamp(FIRST_STEP, LAST_STEP);
-            if reaches(self, step) {
-                below = Some(step);
-                if above.is_some() || step == LAST_STEP {
-                    break;
-                }
-                step += STRIDE;
-            } else {
-                above = Some(step);
-                if below.is_some() || step == FIRST_STEP {
-                    break;
-                }
-                step -= STRIDE;
-            }
-        }
-        if let (Some(mut below), Some(mut above)) = (below, above) {
-            while above - below > 1 {
-                let middle = below + (above - below) / 2;
-                *(if reaches(self, middle) { &mut below } else { &mut above }) = middle;
-            }
         }
         let report = CurveReport { iterations: self.solves, ..best };
         match broken {
             Broken::Arithmetic(_) if self.problem.has_inner_pins() => report,
-            Broken::Arithmetic(normalised) => self.too_large(target, self.in_units(normalised), report),
-            Broken::Share => self.stopped(target, &format!("the deviation of {allowed}"), report),
+            Broken::Arithmetic(normalised) => self.too_large(slot, self.in_units(normalised), report),
+            Broken::Share => self.stopped(slot, &format!("the deviation of {allowed}"), report),
             Broken::Deviation => report,
         }
+    }
+
+    /// Solves for the λ of a step; keeps the curve if it is good, and else says why it is not.
+    fn attempt(&mut self, slot: &mut Slot, step: i32, allowed: f64) -> Result<CurveReport, Broken> {
+        let normalised = lambda_at(step);
+        if !self.solve(normalised) {
+            return Err(Broken::Arithmetic(normalised));
+        }
+        let deviation = self.deviation(slot).0;
+        if !keeps(deviation, allowed) {
+            return Err(Broken::Deviation);
+        }
+        if !self.stands() {
+            return Err(Broken::Share);
+        }
+        Ok(self.keep(slot, normalised, deviation))
+    }
+
+    /// The multiple of [`STRIDE`] that the search begins with.
+    fn first_stride(&self, allowed: f64) -> i32 {
+        // While λ is small the points move by λ|ΩQγ|: a start close to the goal for noisy data.
+        let mut start = allowed / (self.size * self.problem.largest_pull());
+        if self.problem.closed {
+            // There the first Fourier mode of a closed curve, and with it the curve, is halved.
+            start = start.min(self.problem.inverse_weights.iter().map(|x| 1.0 / x).sum::<f64>() / TAU.powi(4));
+        }
+        let [first, last] = [FIRST_STEP, LAST_STEP].map(|step| f64::from(step / STEPS_PER_OCTAVE));
+        let octaves = start.log2().clamp(first, last);
+        let stride = (octaves * f64::from(STEPS_PER_OCTAVE) / f64::from(STRIDE)).floor() as i32;
+        (stride * STRIDE).clamp(FIRST_STEP, LAST_STEP)
     }
 }

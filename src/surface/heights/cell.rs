@@ -4,8 +4,9 @@ use glam::DVec2;
 
 use super::HeightField;
 
-/// A place along one axis: its span, and by what the value and the bend at both ends of the span count there.
-pub(super) struct Place {
+/// A position along one axis: its span, and the weights of value and second derivative at both
+/// ends.
+pub(super) struct AxisPosition {
     pub span: usize,
     /// t within the span, from 0 to 1, and by how much the place is beyond the grid.
     pub t: f64,
@@ -14,12 +15,12 @@ pub(super) struct Place {
     rate: f64,
 }
 
-impl Place {
+impl AxisPosition {
     pub fn of(x: f64, origin: f64, spacing: f64, count: usize) -> Self {
         let u = (x - origin) / spacing;
         let inside = u.clamp(0.0, (count - 1) as f64);
         let span = (inside.floor() as usize).min(count - 2);
-        Place { span, t: inside - span as f64, beyond: u - inside, rate: 1.0 / spacing }
+        AxisPosition { span, t: inside - span as f64, beyond: u - inside, rate: 1.0 / spacing }
     }
 
     /// The weights, for a derivative by x, of f₀, f₀″, f₁ and f₁″.
@@ -52,15 +53,15 @@ impl Place {
 /// The patch of a place.
 pub(super) struct Cell<'a> {
     nodes: [&'a [[f64; 4]]; 2],
-    x: Place,
-    y: Place,
+    x: AxisPosition,
+    y: AxisPosition,
 }
 
 impl<'a> Cell<'a> {
     pub(super) fn of(field: &'a HeightField, x: f64, y: f64) -> Self {
         let [rows, columns] = field.shape;
-        let x = Place::of(x, field.origin[0], field.spacing[0], columns);
-        let y = Place::of(y, field.origin[1], field.spacing[1], rows);
+        let x = AxisPosition::of(x, field.origin[0], field.spacing[0], columns);
+        let y = AxisPosition::of(y, field.origin[1], field.spacing[1], rows);
         let first = y.span * columns + x.span;
         let nodes = [first, first + columns].map(|first| &field.nodes[first..first + 2]);
         Cell { nodes, x, y }

@@ -1,13 +1,14 @@
 //! Gaps of a grid of heights: filled for the spline, and kept as holes where no curve may go.
 
 use super::EDGE;
-use super::cell::Place;
+use super::cell::AxisPosition;
 
 /// The nodes without a height, row after row.
 pub(super) type Holes = Vec<bool>;
 
-/// Fills gaps layer by layer: each node has the mean of its neighbours that have a height. The spline through all is that of the
-/// heights alone but for a few nodes around, since what a node does falls to 0.27 from each to the next.
+/// Fills gaps layer by layer with the mean of the neighbours that have a height. This affects the
+/// spline at a few nodes around only, since the influence of a node falls by 0.27 from each to the
+/// next.
 ///
 /// `None` if there is no height at all.
 pub(super) fn fill([rows, columns]: [usize; 2], heights: &mut [f64]) -> Option<Holes> {
@@ -40,8 +41,8 @@ pub(super) fn fill([rows, columns]: [usize; 2], heights: &mut [f64]) -> Option<H
 }
 
 /// A node without a height, its row and its column, that has a part in the height of a place.
-pub(super) fn beside(holes: &Holes, columns: usize, x: &Place, y: &Place) -> Option<[usize; 2]> {
-    let ends = |place: &Place| {
+pub(super) fn beside(holes: &Holes, columns: usize, x: &AxisPosition, y: &AxisPosition) -> Option<[usize; 2]> {
+    let ends = |place: &AxisPosition| {
         let (from, to) = (place.t < 1.0 - EDGE, place.t > EDGE);
         [(place.span, from), (place.span + 1, to)].into_iter().filter(|(_, counts)| *counts).map(|(node, _)| node)
     };

@@ -47,7 +47,7 @@ fn flat_and_tilted_fields_are_planes_to_rounding_within_and_beyond() {
             assert!(tilted.hessian(at).to_cols_array().iter().all(|x| x.abs() < 1e-13));
             let normal = DVec3::new(-0.3, 1.7, 1.0).normalize();
             let below = at - (at - tilted.plumb(x, y)).dot(normal) * normal;
-            for found in [tilted.closest(at).unwrap(), tilted.foot(at).unwrap()] {
+            for found in [tilted.closest(at).unwrap(), tilted.project(at).unwrap()] {
                 assert!((found - below).length() < 1e-13 * (1.0 + at.length()), "{shape:?} {x} {y}");
             }
         }
@@ -94,12 +94,12 @@ fn derivatives_beyond_the_grid_are_those_of_differences() {
             let own = field.third(at, e);
             assert!((third - own).to_cols_array().iter().all(|x| x.abs() < 1e-9), "{at}");
         }
-        assert!(field.unknown(at).is_some());
+        assert!(field.undefined(at).is_some());
     }
 }
 
-/// The largest errors of h, of its slope and of its bends, at places so many nodes or more from the edges and, with `most`,
-/// fewer than `most` from them.
+/// The largest errors of h, of its slope and of its bends, at places so many nodes or more from the
+/// edges and, with `most`, fewer than `most` from them.
 fn errors(nodes: usize, from: f64, most: f64) -> [f64; 3] {
     // A wave of length 1, of which the edges cut the crests.
     let wave = |x: f64| (TAU * x + 1.0).sin();
@@ -184,7 +184,7 @@ fn feet_lie_on_steep_terrain_from_any_height_and_agree_with_closest_points_near_
         for _ in 0..500 {
             let (x, y) = (rng.random_range(-30.0..600.0), rng.random_range(-600.0..30.0));
             let at = field.plumb(x, y) + rng.random_range(-height..height) * DVec3::Z;
-            let foot = field.foot(at).unwrap_or_else(|| panic!("no foot below {at}"));
+            let foot = field.project(at).unwrap_or_else(|| panic!("no foot below {at}"));
             assert_eq!(field.value(foot), 0.0);
             if height < 0.1 {
                 let closest = field.closest(at).unwrap();
@@ -199,10 +199,10 @@ fn feet_lie_on_steep_terrain_from_any_height_and_agree_with_closest_points_near_
 fn places_beyond_the_grid_are_unknown_and_its_edges_are_known() {
     let field = field([4, 5], [0.1, -0.1], [0.3, 0.7], |x, y| x * y);
     for (x, y) in [(0.3, 0.7), (0.3 + 0.4, 0.7), (0.7, 0.4), (0.5, 0.5), (0.3, 0.4)] {
-        assert_eq!(field.unknown(DVec3::new(x, y, 9.0)), None, "{x} {y}");
+        assert_eq!(field.undefined(DVec3::new(x, y, 9.0)), None, "{x} {y}");
     }
     for (x, y) in [(0.29, 0.5), (0.71, 0.5), (0.5, 0.71), (0.5, 0.39), (f64::NAN, 0.5)] {
-        let why = field.unknown(DVec3::new(x, y, 0.0)).unwrap();
+        let why = field.undefined(DVec3::new(x, y, 0.0)).unwrap();
         assert!(why.starts_with("lies beyond the grid of x from 0.3 to 0.7") && why.contains(" and y from "), "{why}");
     }
 }
@@ -217,13 +217,13 @@ fn gaps_are_holes_that_change_nothing_far_from_them() {
     heights[24 * 19] = f64::INFINITY;
     let field = HeightField::new([20, 24], heights).unwrap();
     for (x, y) in [(11.0, 9.0), (10.5, 9.2), (12.7, 8.3), (11.0, 10.9), (0.0, 0.5), (0.5, 18.5)] {
-        let why = field.unknown(DVec3::new(x, y, 0.0)).unwrap();
+        let why = field.undefined(DVec3::new(x, y, 0.0)).unwrap();
         assert!(why.starts_with("lies in a hole of the grid: row ") && field.height(x, y).is_nan(), "{x} {y} {why}");
         // Descents do not break there.
-        assert!(field.foot(DVec3::new(x, y, 3.0)).is_some_and(|foot| foot.is_finite()), "{x} {y}");
+        assert!(field.project(DVec3::new(x, y, 3.0)).is_some_and(|foot| foot.is_finite()), "{x} {y}");
     }
     for (x, y) in [(10.0, 9.0), (10.0, 9.5), (13.0, 9.0), (1.0, 0.0), (1.0, 0.4), (12.0, 11.0), (2.5, 3.5)] {
-        assert_eq!(field.unknown(DVec3::new(x, y, 0.0)), None, "{x} {y}");
+        assert_eq!(field.undefined(DVec3::new(x, y, 0.0)), None, "{x} {y}");
     }
     // What a gap does falls to 2 − √3 from node to node.
     for away in [4.0, 6.0, 8.0] {

@@ -1,39 +1,42 @@
-//! [`Sheet`]: the surface of a mesh about the origin of its own coordinates.
+//! [`Sheet`]: the surface of a mesh in local coordinates.
 
 use glam::{DMat3, DVec3};
 
 use super::cells::Cells;
-use super::closest::{self, Part};
+use super::closest::{self, TrianglePart};
 use super::jet::Jet;
 use super::patch::Patch;
 use super::topology::Topology;
 use super::tree::{Sides, Tree};
 use crate::error::{Error, Result};
-use crate::surface::{MOST_STEPS, Surface, straight_below, way_down};
+use crate::surface::{MOST_STEPS, Surface, SurfaceKernel, closest_from, projected};
 
 /// The reach of a patch in mean edge lengths of its vertex.
 ///
-/// On tori of regular and of shaken vertices, of 1.5, 2, 2.5 and 3 this and 3 have the least errors of normals and of
-/// curvatures. The larger reach asks for sheets farther apart.
+/// On tori of regular and of shaken vertices, of 1.5, 2, 2.5 and 3 this and 3 have the least errors
+/// of normals and of curvatures. The larger reach needs sheets farther apart.
 const REACH: f64 = 2.5;
 
-/// At least this times the longest edge of a vertex is its reach: all triangles are within reach of their corners.
+/// At least this times the longest edge of a vertex is its reach: all triangles are within reach of
+/// their corners.
 const LONGEST: f64 = 1.25;
 
-/// Rings of neighbours that are fitted at the most: the third where two have fewer than so many, as at rims.
+/// The most rings of neighbours in a fit.
 const RINGS: usize = 3;
+
+/// Two rings of more vertices suffice. Rims have fewer.
 const ENOUGH: usize = 15;
 
-/// Vertices that are fitted at the most. Poles of globes may have more around them.
+/// The most vertices in a fit. Poles of globes may have more around them.
 const MOST_AROUND: usize = 200;
 
 /// A point is beyond a rim by more than this part of the longest side there.
 const BEYOND: f64 = 0.1;
 
-/// Normals with a cosine below this are those of two sheets.
+/// Normals with a cosine below this belong to two sheets.
 const OPPOSED: f64 = -0.5;
 
-/// A mesh about the origin of its own coordinates.
+/// A mesh in local coordinates.
 #[derive(Clone, Debug)]
 pub struct Sheet {
     pub topology: Topology,
@@ -49,14 +52,14 @@ pub struct Sheet {
 pub struct Nearest {
     pub place: DVec3,
     pub triangle: usize,
-    part: Part,
+    part: TrianglePart,
 }
 
 impl Sheet {
     /// The surface of vertices and triangles.
     ///
     /// # Errors
-    /// Those of [`Mesh::new`](super::Mesh::new).
+    /// See [`Mesh::new`](super::Mesh::new).
     pub fn new(topology: Topology) -> Result<Self> {
         let normals = normals(&topology);
         if normals.iter().all(|&normal| normal == DVec3::ZERO) {
@@ -65,8 +68,8 @@ impl Sheet {
         let patches: Vec<Patch> = (0..topology.places.len())
             .map(|i| {
                 let place = topology.places[i];
-                let lengths = || topology.neighbours(i).iter().map(|&k| topology.places[k].distance(place));
-                let mean = lengths().sum::<f64>() / topology.neighbours(i).len() as f64;
+                let lengths = || topology.neighbours[i].iter().map(|&k| topology.places[k].distance(place));
+                let mean = lengths().sum::<f64>() / topology.neighbours[i].len() as f64;
                 let longest = lengths().fold(0.0, f64::max);
                 let reach = if normals[i] == DVec3::ZERO { 0.0 } else { f64::max(REACH * mean, LONGEST * longest) };
                 Patch::flat(place, reach, normals[i]).fitted(&ring(&topology, &normals, i))
@@ -86,8 +89,8 @@ impl Sheet {
         Ok(sheet)
     }
 
-    /// Whether a patch reaches the vertex from another sheet: one that faces away, or one above or below that no way of
-    /// edges leads to nearby.
+    /// Whether a patch of another sheet reaches the vertex: one that faces away, or one above or
+    /// below that edges lead to only by a detour.
     fn is_mixed(&self, i: usize) -> bool {
         let own = &self.patches[i];
         let (mut faces_away, mut above) = (false, vec![]);
@@ -114,7 +117,7 @@ impl Sheet {
                 return true;
             }
             next += 1;
-            for &k in self.topology.neighbours(at) {
+            for &k in &self.topology.neighbours[at] {
                 if places[from].distance(places[k]) <= most && !seen.contains(&k) {
                     seen.push(k);
                 }
@@ -123,7 +126,7 @@ impl Sheet {
         false
     }
 
-    /// Σ w F / Σ w, with derivatives up to an order. Numbers that are none where nothing reaches.
+    /// Σ w F / Σ w, with derivatives up to an order. NaN out of reach.
     fn jet_to<const ORDER: u8>(&self, x: DVec3, along: DVec3) -> Jet {
         let (mut weights, mut sum) = (Jet::ZERO, Jet::ZERO);
         for &i in self.reaches.at(x).1 {
@@ -135,14 +138,14 @@ impl Sheet {
         sum.over(&weights, along)
     }
 
-    /// Where the way along ∇F ends. `None` out of reach.
+    /// The projection by Newton steps along ∇F. `None` out of reach.
     fn below(&self, x: DVec3) -> Option<DVec3> {
         let size = self.reaches.at(x).0;
         let slope = |x: DVec3| {
             let jet = self.jet_to::<1>(x, DVec3::ZERO);
             (jet.value, jet.gradient)
         };
-        way_down(slope, x, size)
+        projected(slope, x, size)
     }
 
     pub fn nearest(&self, x: DVec3) -> Option<Nearest> {
@@ -152,7 +155,7 @@ impl Sheet {
         })
     }
 
-    /// A point of the surface after steps along it that come closer to x.
+    /// Descends along the surface towards x.
     fn slid(&self, x: DVec3, start: DVec3) -> DVec3 {
         let (mut y, mut part) = (start, 1.0);
         for _ in 0..MOST_STEPS {
@@ -201,23 +204,12 @@ impl Surface for Sheet {
     }
 
     /// Beyond the reach of the triangles it is the closest point: chords of few points pass there.
-    fn foot(&self, x: DVec3) -> Option<DVec3> {
+    fn project(&self, x: DVec3) -> Option<DVec3> {
         self.below(x).or_else(|| self.closest(x))
     }
 
-    /// Curves that come out of reach are left to the CPU.
-    fn wgsl(&self) -> Option<String> {
-        Some(include_str!("../../../shaders/surface/mesh.wgsl").into())
-    }
-
-    fn wgsl_table(&self) -> Vec<f64> {
-        let mut table = self.reaches.table(Patch::NUMBERS);
-        self.patches.iter().for_each(|patch| table.extend(patch.numbers()));
-        table
-    }
-
-    fn wgsl_turns(&self) -> usize {
-        self.reaches.turns()
+    fn kernel(&self) -> Option<&dyn SurfaceKernel> {
+        Some(self)
     }
 
     /// From the closest point of the triangles.
@@ -226,31 +218,48 @@ impl Surface for Sheet {
         let reach = self.reach(&nearest);
         let start = self.below(nearest.place)?;
         let is_near = |y: &DVec3| y.distance(nearest.place) <= reach;
-        let newton = |start| straight_below(self, x, start, reach).and_then(|y| self.below(y)).filter(is_near);
+        let newton = |start| closest_from(self, x, start, reach).and_then(|y| self.below(y)).filter(is_near);
         newton(start).or_else(|| newton(self.slid(x, start))).or_else(|| self.below(x).filter(is_near)).or(Some(start))
     }
 
     /// Beyond a rim by more than a tenth of the longest side there. Where sheets mix.
-    fn unknown(&self, x: DVec3) -> Option<String> {
+    fn undefined(&self, x: DVec3) -> Option<String> {
         let nearest = self.nearest(x)?;
         let vertices = self.topology.triangles[nearest.triangle];
         if vertices.iter().any(|&i| self.mixed[i]) {
             return Some("lies where sheets of the mesh are as near to each other as its triangles are long".into());
         }
         let is_at_rim = match nearest.part {
-            Part::Corner(k) => self.topology.on_rim[vertices[k]],
-            Part::Side(k) => self.topology.rims[nearest.triangle][k],
-            Part::Inside => false,
+            TrianglePart::Corner(k) => self.topology.on_rim[vertices[k]],
+            TrianglePart::Side(k) => self.topology.rims[nearest.triangle][k],
+            TrianglePart::Inside => false,
         };
         let corners = self.topology.corners(nearest.triangle);
         let longest = (0..3).map(|k| corners[k].distance(corners[(k + 1) % 3])).fold(0.0, f64::max);
         let (away, normal) = (x - nearest.place, self.gradient(x).normalize());
-        // Out of reach the normal is no number, and nothing is near.
+        // Out of reach the normal is NaN, and no point is near.
         let is_near = (away - away.dot(normal) * normal).length() <= BEYOND * longest;
         if is_at_rim && !is_near {
             return Some("lies beyond the mesh, at a hole or its rim".into());
         }
         (!normal.is_finite()).then(|| "lies off the mesh".into())
+    }
+}
+
+/// The CPU fits curves that leave the reach.
+impl SurfaceKernel for Sheet {
+    fn text(&self) -> String {
+        include_str!("../../../shaders/surface/mesh.wgsl").into()
+    }
+
+    fn table(&self) -> Vec<f64> {
+        let mut table = self.reaches.table(Patch::NUMBERS);
+        self.patches.iter().for_each(|patch| table.extend(patch.numbers()));
+        table
+    }
+
+    fn loop_iterations(&self) -> usize {
+        self.reaches.turns()
     }
 }
 
@@ -268,8 +277,8 @@ fn normals(topology: &Topology) -> Vec<DVec3> {
     normals.into_iter().map(DVec3::normalize_or_zero).collect()
 }
 
-/// The places of the vertices around one: of 2 rings of neighbours, and of the next as long as there are few. Where the
-/// normal has turned by 90° a ring ends.
+/// The vertices around one: 2 rings of neighbours, and a third if these are few. A ring ends where
+/// the normal has turned by 90°.
 fn ring(topology: &Topology, normals: &[DVec3], i: usize) -> Vec<DVec3> {
     let (mut seen, mut from) = (vec![i], 0);
     for round in 0..RINGS {
@@ -278,7 +287,7 @@ fn ring(topology: &Topology, normals: &[DVec3], i: usize) -> Vec<DVec3> {
         }
         let to = seen.len();
         for at in from..to {
-            for &k in topology.neighbours(seen[at]) {
+            for &k in &topology.neighbours[seen[at]] {
                 if seen.len() <= MOST_AROUND && normals[k].dot(normals[i]) > 0.0 && !seen.contains(&k) {
                     seen.push(k);
                 }

@@ -19,7 +19,7 @@ fn mesh((vertices, triangles): &Raw) -> Mesh {
 fn errors(mesh: &Mesh, exact: &dyn Surface, points: &[DVec3]) -> [f64; 3] {
     let mut most = [0.0; 3];
     for &x in points {
-        let y = mesh.foot(x).unwrap();
+        let y = mesh.project(x).unwrap();
         let shape = |surface: &dyn Surface| {
             let gradient = surface.gradient(y);
             let normal = gradient.normalize();
@@ -38,7 +38,7 @@ fn errors(mesh: &Mesh, exact: &dyn Surface, points: &[DVec3]) -> [f64; 3] {
 
 fn mean_edge(mesh: &Mesh) -> f64 {
     let edges =
-        (0..mesh.sheet.patches.len()).flat_map(|i| mesh.sheet.topology.neighbours(i).iter().map(move |&k| (i, k)));
+        (0..mesh.sheet.patches.len()).flat_map(|i| mesh.sheet.topology.neighbours[i].iter().map(move |&k| (i, k)));
     let lengths: Vec<f64> =
         edges.map(|(i, k)| mesh.sheet.patches[i].place.distance(mesh.sheet.patches[k].place)).collect();
     lengths.iter().sum::<f64>() / lengths.len() as f64
@@ -91,7 +91,7 @@ fn places_are_of_fourth_order_normals_of_third_and_curvatures_of_second() {
     let found = [3, 4, 5].map(|times| {
         let mesh = mesh(&icosphere(times, axes));
         let near =
-            |t: &usize| mesh.sheet.topology.triangles[*t].iter().any(|&i| mesh.sheet.topology.neighbours(i).len() == 5);
+            |t: &usize| mesh.sheet.topology.triangles[*t].iter().any(|&i| mesh.sheet.topology.neighbours[i].len() == 5);
         let points = (0..mesh.sheet.topology.triangles.len()).filter(near).flat_map(|t| {
             let [a, b, c] = mesh.sheet.topology.corners(t);
             [[0.34, 0.33, 0.33], [0.8, 0.1, 0.1], [0.2, 0.5, 0.3], [0.1, 0.3, 0.6]]
@@ -138,10 +138,11 @@ fn globes_with_many_triangles_at_their_poles_are_spheres() {
     points.extend([0.0, 0.01, 0.07, 0.1].map(|x| DVec3::new(x, 0.5 * x, 1.0).normalize()));
     let [place, normal, bend] = errors(&globe, &Quadric::sphere(1.0), &points);
     println!("{}: {place:e} {normal:e} {bend:e}", globe.name());
-    // Slivers are fitted by systems whose pivots are above 1e-8: rounding ε may grow to ε/1e-8, over edges of 0.08.
+    // Slivers are fitted by systems whose pivots are above 1e-8: rounding ε may grow to ε/1e-8,
+    // over edges of 0.08.
     let most = f64::EPSILON / 1e-8;
     assert!(place < 0.08 * most && normal < most && bend < most / 0.08, "{place:e} {normal:e} {bend:e}");
-    assert!(points.iter().all(|&x| globe.unknown(x).is_none()));
+    assert!(points.iter().all(|&x| globe.undefined(x).is_none()));
 }
 
 #[test]
@@ -169,9 +170,9 @@ fn closest_points_are_straight_below_from_near_and_far() {
     let far = DVec3::new(50.0, 3.0, 8.0);
     assert!(mesh.value(far).is_nan() && mesh.gradient(far).is_nan());
     let exact = Torus::new(1.0, 0.5).unwrap().closest(far).unwrap();
-    assert!(mesh.foot(far).unwrap().distance(exact) < 1e-3);
-    assert_eq!(mesh.foot(far), mesh.closest(far));
-    assert!(mesh.unknown(far).unwrap().contains("lies off the mesh"));
+    assert!(mesh.project(far).unwrap().distance(exact) < 1e-3);
+    assert_eq!(mesh.project(far), mesh.closest(far));
+    assert!(mesh.undefined(far).unwrap().contains("lies off the mesh"));
 }
 
 #[test]
@@ -181,7 +182,7 @@ fn meshes_through_the_origin_have_feet_there() {
     raw.0.iter_mut().for_each(|place| *place = std::array::from_fn(|k| place[k] - apex[k]));
     let mesh = mesh(&raw);
     let near = DVec3::new(1e-9, -2e-9, 1e-10);
-    let foot = mesh.foot(near).unwrap();
+    let foot = mesh.project(near).unwrap();
     assert!(foot.length() < 3e-9 && mesh.closest(near).unwrap().distance(foot) < 1e-15);
 }
 
@@ -216,15 +217,15 @@ fn a_mesh_ends_at_its_rims() {
     let mesh = mesh(&torus(32, [0.0, PI], 0.25));
     let at = |around: f64, tube: f64| {
         let out = 1.0 + 0.5 * tube.cos();
-        mesh.foot(DVec3::new(out * around.cos(), out * around.sin(), 0.5 * tube.sin())).unwrap()
+        mesh.project(DVec3::new(out * around.cos(), out * around.sin(), 0.5 * tube.sin())).unwrap()
     };
     for k in 0..40 {
         let tube = TAU * k as f64 / 40.0;
         for around in [0.0, 0.01, 1.5, PI] {
-            assert_eq!(mesh.unknown(at(around, tube)), None, "{around} {tube}");
+            assert_eq!(mesh.undefined(at(around, tube)), None, "{around} {tube}");
         }
         for around in [-0.06, PI + 0.06] {
-            let why = mesh.unknown(at(around, tube)).unwrap();
+            let why = mesh.undefined(at(around, tube)).unwrap();
             assert_eq!(why, "lies beyond the mesh, at a hole or its rim");
         }
     }
@@ -246,7 +247,7 @@ fn triangles_of_any_orientation_make_the_same_surface() {
         let x = 1.02 * x;
         for other in [&turned, &soup] {
             assert!((own.value(x) - other.value(x)).abs() < 1e-14);
-            assert_eq!(own.unknown(x), other.unknown(x));
+            assert_eq!(own.undefined(x), other.undefined(x));
         }
     }
     assert_eq!(own.sheet.topology.on_rim.iter().filter(|&&is| is).count(), 40);
@@ -273,14 +274,14 @@ fn sheets_nearer_than_their_triangles_are_long_are_not_known() {
     // The upper sheet faces either way.
     for _ in 0..2 {
         let mesh = Mesh::new(&places, &triangles).unwrap();
-        assert_eq!(mesh.unknown(DVec3::new(2.2, 2.1, 0.0)).as_deref(), Some(why));
-        assert_eq!(mesh.unknown(DVec3::new(9.2, 9.1, 0.0)), None);
+        assert_eq!(mesh.undefined(DVec3::new(2.2, 2.1, 0.0)).as_deref(), Some(why));
+        assert_eq!(mesh.undefined(DVec3::new(9.2, 9.1, 0.0)), None);
         triangles.iter_mut().skip(288).for_each(|triangle| triangle.swap(0, 1));
     }
     let far = sheet(4, 4.0, 169);
     places.truncate(169);
     places.extend(far.0);
-    assert_eq!(Mesh::new(&places, &triangles).unwrap().unknown(DVec3::new(2.2, 2.1, 0.0)), None);
+    assert_eq!(Mesh::new(&places, &triangles).unwrap().undefined(DVec3::new(2.2, 2.1, 0.0)), None);
 }
 
 #[test]
@@ -320,6 +321,6 @@ fn what_is_no_mesh_is_refused_with_a_sentence() {
 fn single_triangles_are_planes() {
     let mesh = Mesh::new(&[[0.0, 0.0, 1.0], [1.0, 0.0, 1.0], [0.0, 1.0, 1.0]], &[[0, 1, 2]]).unwrap();
     assert_eq!(mesh.closest(DVec3::new(0.2, 0.3, 1.4)), Some(DVec3::new(0.2, 0.3, 1.0)));
-    assert_eq!(mesh.unknown(DVec3::new(0.2, 0.3, 1.0)), None);
-    assert!(mesh.unknown(DVec3::new(0.6, 0.8, 1.0)).unwrap().contains("beyond the mesh"));
+    assert_eq!(mesh.undefined(DVec3::new(0.2, 0.3, 1.0)), None);
+    assert!(mesh.undefined(DVec3::new(0.6, 0.8, 1.0)).unwrap().contains("beyond the mesh"));
 }

@@ -1,4 +1,5 @@
-//! [`Topology`]: vertices and triangles of a mesh, merged, oriented, with their neighbours and their rims.
+//! [`Topology`]: vertices and triangles of a mesh, merged, oriented, with their neighbours and
+//! their rims.
 
 use std::collections::HashMap;
 
@@ -7,7 +8,7 @@ use glam::DVec3;
 use super::tree::Sides;
 use crate::error::{Error, Result};
 
-/// What meets what in a mesh of one orientation.
+/// The adjacency of a mesh of one orientation.
 #[derive(Clone, Debug)]
 pub struct Topology {
     /// Every place once.
@@ -18,9 +19,8 @@ pub struct Topology {
     pub rims: Vec<[bool; 3]>,
     /// Whether a vertex lies on such a side.
     pub on_rim: Vec<bool>,
-    /// Where the neighbours of a vertex begin.
-    offsets: Vec<usize>,
-    neighbours: Vec<usize>,
+    /// The vertices that share a side with each vertex.
+    pub neighbours: Vec<Vec<usize>>,
 }
 
 /// A side of a triangle.
@@ -36,10 +36,11 @@ struct Side {
 }
 
 impl Topology {
-    /// Merges vertices at the same place, drops triangles that have a vertex twice, and orients the others.
+    /// Merges vertices at the same place, drops triangles that have a vertex twice, and orients the
+    /// others.
     ///
     /// # Errors
-    /// Those of [`Mesh::new`](super::Mesh::new).
+    /// See [`Mesh::new`](super::Mesh::new).
     pub fn new(vertices: &[[f64; 3]], triangles: &[[usize; 3]]) -> Result<Self> {
         let refuse = |why: String| Err(Error::Argument(why));
         if triangles.is_empty() {
@@ -83,14 +84,17 @@ impl Topology {
             rims: vec![[false; 3]; all.len()],
             on_rim: vec![false; merged.places.len()],
             triangles: all,
+            neighbours: vec![vec![]; merged.places.len()],
             places: merged.places,
-            offsets: vec![],
-            neighbours: vec![],
         };
         let sides = topology.sides();
         let pairs = topology.pairs(&sides, &merged.of)?;
         topology.orient(&pairs)?;
-        topology.meet(&sides);
+        for shared in sides.chunk_by(|a, b| a.ends == b.ends) {
+            let [a, b] = shared[0].ends;
+            topology.neighbours[a].push(b);
+            topology.neighbours[b].push(a);
+        }
         Ok(topology)
     }
 
@@ -101,17 +105,12 @@ impl Topology {
         middle
     }
 
-    /// The vertices that share a side with one.
-    pub fn neighbours(&self, vertex: usize) -> &[usize] {
-        &self.neighbours[self.offsets[vertex]..self.offsets[vertex + 1]]
-    }
-
     /// The corners of a triangle.
     pub fn corners(&self, triangle: usize) -> [DVec3; 3] {
         self.triangles[triangle].map(|vertex| self.places[vertex])
     }
 
-    /// All sides, those of the same ends together.
+    /// All sides, sorted by their ends.
     fn sides(&self) -> Vec<Side> {
         let of = |(triangle, vertices): (usize, &[usize; 3])| {
             let vertices = *vertices;
@@ -194,26 +193,6 @@ impl Topology {
             }
         }
         Ok(())
-    }
-
-    fn meet(&mut self, sides: &[Side]) {
-        let edges = || sides.chunk_by(|a, b| a.ends == b.ends).map(|shared| shared[0].ends);
-        let mut ends = vec![0; self.places.len() + 1];
-        for [a, b] in edges() {
-            ends[a + 1] += 1;
-            ends[b + 1] += 1;
-        }
-        for k in 1..ends.len() {
-            ends[k] += ends[k - 1];
-        }
-        let (mut at, mut all) = (ends.clone(), vec![0; ends[self.places.len()]]);
-        for [a, b] in edges() {
-            for (from, to) in [(a, b), (b, a)] {
-                all[at[from]] = to;
-                at[from] += 1;
-            }
-        }
-        (self.offsets, self.neighbours) = (ends, all);
     }
 }
 

@@ -45,7 +45,7 @@ impl<'a> View<'a> {
         let towards = self.axes[2];
         let steps = 200;
         // Where a surface is not known it hides nothing.
-        let hides = |x: DVec3| self.surface.value(x) < 0.0 && self.surface.unknown(x).is_none();
+        let hides = |x: DVec3| self.surface.value(x) < 0.0 && self.surface.undefined(x).is_none();
         let enters = (1..=steps).any(|k| hides(x + self.size * f64::from(k) / f64::from(steps) * towards));
         self.surface.gradient(x).dot(towards) > 0.0 && !enters
     }
