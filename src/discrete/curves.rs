@@ -241,7 +241,7 @@ impl FairCurve<'_> {
             Some((row, 1.0)) => self.vertex(row + 1),
             Some((row, v)) => {
                 let place = self.cubic(row).place(v);
-                self.surface.and_then(|surface| surface.foot(place)).unwrap_or(place)
+                self.surface.and_then(|surface| surface.project(place)).unwrap_or(place)
             }
         }
     }

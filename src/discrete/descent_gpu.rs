@@ -26,7 +26,7 @@ use crate::gpu::plan::{self, LOOP_TURNS};
 use crate::gpu::{Buffer, Gpu, Interrupted, KernelKey, Recording, Rounds, kept, pipeline};
 use crate::precision::Precision;
 use crate::sort;
-use crate::surface::Surface;
+use crate::surface::{Surface, SurfaceKernel};
 
 /// Threads in a workgroup: a whole wave of the widest hardware.
 pub(crate) const GROUP: usize = 64;
@@ -234,7 +234,7 @@ impl<const D: usize> Run<'_, D> {
 
     /// The table of the surface. Nothing if no binding of the device has room for it.
     fn table(&self) -> Option<Vec<f64>> {
-        let table = self.surface().map(Surface::wgsl_table).unwrap_or_default();
+        let table = self.surface().and_then(Surface::kernel).map(SurfaceKernel::table).unwrap_or_default();
         let bytes = table.len() as u64 * self.precision.bytes();
         (bytes <= self.gpu.limits().array_bytes()).then_some(table)
     }
@@ -264,8 +264,8 @@ impl<const D: usize> Run<'_, D> {
         }
         let composition = Composition::of(&energy, self.plan.gauge, D, self.precision).map_err(Error::Argument)?;
         Ok(match self.surface() {
-            Some(surface) if surface.quadric().is_some() => composition.in_surfaces(None),
-            Some(surface) => composition.in_surfaces(surface.wgsl().as_deref()),
+            Some(surface) if surface.kind().quadric().is_some() => composition.in_surfaces(None),
+            Some(surface) => composition.in_surfaces(surface.kernel().map(SurfaceKernel::text).as_deref()),
             None => composition,
         })
     }

@@ -28,7 +28,7 @@ pub(super) fn divide<const D: usize>(
     let expected = if let Segments::PerSpan(n) = segments { n * curve.spans() + 1 } else { 0 };
     let (mut vertices, mut rows) = (Vec::with_capacity(expected), Vec::with_capacity(points.len() + 1));
     let (mut arc, mut feet) = (Vec::new(), Vec::new());
-    let is_quadric = surface.is_some_and(|surface| surface.quadric().is_some());
+    let is_quadric = surface.is_some_and(|surface| surface.kind().quadric().is_some());
     for span in 0..curve.spans() {
         let (from, to) = (points[span], points[(span + 1) % points.len()]);
         rows.push(vertices.len() as u32);
@@ -130,7 +130,7 @@ impl<const D: usize> Moved<'_, D> {
     fn place(&self, u: f64) -> Vector<f64, D> {
         let place = self.way.place(u);
         match self.surface {
-            Some(surface) => components(surface.foot(vector(&place)).unwrap_or(DVec3::NAN).to_array()),
+            Some(surface) => components(surface.project(vector(&place)).unwrap_or(DVec3::NAN).to_array()),
             None => place,
         }
     }
@@ -140,7 +140,7 @@ impl<const D: usize> Moved<'_, D> {
         let Some(surface) = self.surface else { return };
         feet.clear();
         feet.extend(places.iter().map(|place| vector(place)));
-        surface.feet(feet);
+        surface.project_all(feet);
         places.iter_mut().zip(feet).for_each(|(place, foot)| *place = components(foot.to_array()));
     }
 
@@ -155,7 +155,7 @@ impl<const D: usize> Moved<'_, D> {
         let place = |chord: usize| vector(&self.way.place(end(chord) as f64 / n as f64));
         feet.clear();
         feet.extend((0..=chords).map(place));
-        surface.feet(feet);
+        surface.project_all(feet);
         let (mut before, mut length) = (0.0, 0.0);
         for chord in 0..chords {
             let own = place(chord).distance(place(chord + 1));

@@ -204,7 +204,7 @@ pub struct Fair {
     /// third coordinate is a height: natural splines over the arc length on the ground go through the heights. Planar points of a
     /// [`HeightField`](crate::surface::HeightField) are those of the terrain over them, and its curves are in space.
     ///
-    /// A curve that goes where its surface is not [known](crate::surface::Surface::unknown), beyond a grid or at a hole of a
+    /// A curve that goes where its surface is not [defined](crate::surface::Surface::undefined), beyond a grid or at a hole of a
     /// mesh, is [`Infeasible`](crate::CurveStatus::Infeasible), and says where.
     ///
     /// [`geodesic_bending`](super::geodesic_bending) measures the bending within the surface, and
@@ -216,7 +216,7 @@ pub struct Fair {
     ///
     /// Of limits a largest curvature is kept, which bounds the geodesic curvature at every vertex.
     /// Energies of order 3, other limits and curvature vectors are refused. Kernels know quadrics, and in f64 tori, terrain, meshes and the
-    /// surfaces that bring their [text](crate::surface::Surface::wgsl). In other surfaces, and where nothing holds a curve, the
+    /// surfaces that bring their [kernel](crate::surface::Surface::kernel). In other surfaces, and where nothing holds a curve, the
     /// host descends in f64, on every device.
     ///
     /// Source: R. J. Renka, *A Sobolev gradient method for construction of elastic curves in regular surfaces*, Nonlinear

@@ -1,6 +1,9 @@
 //! [`Fair::fit`]: curves are moved onto their surface, cut at their corners, laid into their planes, fitted and joined again.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use glam::DVec3;
 
 use super::check::check;
 use super::corners::Corners;
@@ -8,13 +11,15 @@ use super::curves::{FairCurves, Fitted};
 use super::fair::{Fair, Pins};
 use super::pieces::{self, Pieces};
 use super::tally::Tally;
-use super::{flat, globe};
+use super::flat;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::curve::Sampling;
 use crate::device::{Device, DeviceReport};
 use crate::error::{Result, thousands};
-use crate::ground::{Moved, check_samples, judge_known, lifted};
-use crate::report::{CurveReport, Fit};
+use crate::ground::{SurfaceMethod, check_samples, fit_in_surface, heights, judge_known, lifted};
+use crate::report::{CurveReport, CurveSet, Fit};
+use crate::spline::{Natural, Parametrisation};
+use crate::surface::{Globe, Surface};
 
 impl Fair {
     /// Fits every curve of the batch.
@@ -42,23 +47,11 @@ impl Fair {
     /// - Columns `nu` and `known`.
     /// - On a GPU, errors of submissions.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
-        if let Some(lifted) = self.surface.as_ref().and_then(|surface| lifted(batch, &**surface)) {
-            return self.fit(&lifted, device);
-        }
+        let lifted = self.surface.as_ref().and_then(|surface| lifted(batch, &**surface));
+        let batch = lifted.as_ref().unwrap_or(batch);
         check(self, batch)?;
-        if let Some(globe) = self.surface.as_ref().and_then(|surface| surface.globe()) {
-            return globe::fit(self, globe, batch, |within, spatial| fit_in::<3>(within, spatial, device));
-        }
-        let moved = self.surface.as_ref().map(|surface| (Moved::onto(batch, &**surface, self.off_surface), surface));
-        match (&moved, batch.dimension()) {
-            (Some((moved, surface)), _) => {
-                let (mut curves, mut reports, device) = fit_in::<3>(self, &moved.batch, device)?;
-                moved.say(&mut reports, &***surface);
-                let vertices = |i: usize| curves.vertices(i).map(|own| (own.places(), own.rows.clone()));
-                judge_known(&***surface, batch, &vertices, &mut reports);
-                curves.lie_in(batch, surface);
-                Ok(Fit::new(curves, reports, device))
-            }
+        match (&self.surface, batch.dimension()) {
+            (Some(surface), _) => fit_in_surface(self, surface, self.off_surface, batch, device),
             (None, 2) => fit_in::<2>(self, batch, device).map(|(curves, reports, did)| Fit::new(curves, reports, did)),
             (None, _) => fit_in::<3>(self, batch, device).map(|(curves, reports, did)| Fit::new(curves, reports, did)),
         }
@@ -111,6 +104,47 @@ impl Fair {
         };
         notes.push(format!("{} starts: {found}", self.starts));
         notes
+    }
+}
+
+impl SurfaceMethod for Fair {
+    type Curves = FairCurves;
+
+    fn fit_in_space(
+        &self,
+        surface: &Arc<dyn Surface>,
+        batch: &CurveBatch,
+        given: &CurveBatch,
+        device: &Device,
+    ) -> Result<(FairCurves, Vec<CurveReport>, DeviceReport)> {
+        let within = Fair { surface: Some(surface.clone()), ..self.clone() };
+        let (mut curves, mut reports, device) = fit_in::<3>(&within, batch, device)?;
+        let vertices = |i: usize| curves.vertices(i).map(|own| (own.places(), own.rows.clone()));
+        judge_known(&**surface, given, &vertices, &mut reports);
+        curves.lie_in(given, surface);
+        Ok((curves, reports, device))
+    }
+
+    /// Tangents are directions to the east and to the north.
+    fn tangent_in_space(globe: Globe, [longitude, latitude]: [f64; 2], [eastward, northward]: [f64; 2]) -> DVec3 {
+        let [east, north] = globe.compass(longitude, latitude);
+        eastward * east + northward * north
+    }
+
+    /// Natural splines over the arc length on the ground.
+    fn fit_heights(&self, batch: &CurveBatch, curves: &FairCurves) -> Result<Fit> {
+        let (mut t, mut closing) = (Vec::with_capacity(batch.total_points()), Vec::with_capacity(batch.len()));
+        for i in 0..batch.len() {
+            let curve = curves.curve(i);
+            let mut along = 0.0;
+            for k in 0..batch.count(i) {
+                t.push(along);
+                along += if k < curve.spans() { curve.span_length(k) } else { 0.0 };
+            }
+            closing.push(along - t.last().copied().unwrap_or(0.0));
+        }
+        let natural = Natural { parametrisation: Parametrisation::Given, ..Natural::default() };
+        natural.fit(&heights(batch, t, closing)?, &Device::cpu())
     }
 }
 

@@ -63,7 +63,6 @@ mod fair;
 mod fences;
 mod fit;
 mod flat;
-mod globe;
 mod hessian;
 mod kept;
 pub(crate) mod lane;

@@ -219,7 +219,7 @@ fn ready<const D: usize>(
             let bent = add(*vertex, bend);
             *vertex = match &fair.surface {
                 None => bent,
-                Some(surface) => surface.foot(vector(&bent)).map_or(*vertex, |foot| components(foot.to_array())),
+                Some(surface) => surface.project(vector(&bent)).map_or(*vertex, |foot| components(foot.to_array())),
             };
         }
     }

@@ -9,7 +9,7 @@ use crate::discrete::energy::{
 };
 use crate::gpu::KernelKey;
 use crate::precision::Precision;
-use crate::surface::{HeightField, Mesh, Surface, Torus};
+use crate::surface::{HeightField, Mesh, Surface, SurfaceKernel, Torus};
 
 /// Which kinds of fences are of these numbers.
 fn kinds<const N: usize>(numbers: [usize; N]) -> [bool; FENCE_KINDS] {
@@ -54,11 +54,14 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
     }
     if precision == Precision::F64 {
         let composition = Composition::of(&geodesic_bending(2.0), 1, 3, precision).expect("built in");
-        let torus = Torus::new(2.0, 1.0).expect("R > r").wgsl();
-        let heights = HeightField::new([2, 2], vec![0.0; 4]).expect("two rows and columns").wgsl();
+        let torus = Torus::new(2.0, 1.0).expect("R > r");
+        let heights = HeightField::new([2, 2], vec![0.0; 4]).expect("two rows and columns");
         let triangle = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
-        let mesh = Mesh::new(&triangle, &[[0, 1, 2]]).expect("a triangle").local().and_then(|(sheet, _)| sheet.wgsl());
-        for text in [torus, heights, mesh] {
+        let mesh = Mesh::new(&triangle, &[[0, 1, 2]]).expect("a triangle");
+        let (sheet, _) = mesh.local().expect("a mesh has coordinates of its own");
+        let surfaces: [&dyn Surface; 3] = [&torus, &heights, &*sheet];
+        for surface in surfaces {
+            let text = surface.kernel().map(SurfaceKernel::text);
             let composition = composition.clone().in_surfaces(text.as_deref());
             keys.extend(LANES[..2].iter().map(|&lanes| descent_kernel(&composition, 2, Way::Newton(lanes), precision)));
         }

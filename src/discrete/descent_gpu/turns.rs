@@ -3,6 +3,7 @@
 use super::{DescentTask, GROUP, Run, Way};
 use crate::gpu::plan::LOOP_TURNS;
 use crate::linalg::block_ring::ring_of;
+use crate::surface::SurfaceKernel;
 
 /// Calls of the text of a surface for a vertex in one tick: a foot of some steps, the frames of the trial and of the curve, and
 /// a third derivative. A foot may take more; a thread whose loops were ended says so.
@@ -18,8 +19,8 @@ impl<const D: usize> Run<'_, D> {
         let rows = problem.vertices();
         let of_vertex = match &problem.surface {
             None => 0,
-            Some(local) if local.surface.quadric().is_some() => 1,
-            Some(local) => CALLS * (1 + local.surface.wgsl_turns()),
+            Some(local) if local.surface.kind().quadric().is_some() => 1,
+            Some(local) => CALLS * (1 + local.surface.kernel().map_or(0, SurfaceKernel::loop_iterations)),
         };
         let chunk = match way {
             Way::Newton(lanes) if lanes > 1 => rows.div_ceil(ring_of(rows, order, lanes)),

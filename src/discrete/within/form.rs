@@ -13,7 +13,7 @@ use crate::gpu::plan::Limits;
 use crate::linalg::scalar::{Vector, add, dot, number, scale};
 use crate::linalg::{Real, Scalar};
 use crate::precision::Precision;
-use crate::surface::{Surface, normal};
+use crate::surface::{Surface, SurfaceKernel, normal};
 
 /// A surface in the coordinates (x − origin)/size of one problem.
 #[derive(Clone, Debug)]
@@ -30,7 +30,8 @@ const BINDINGS: u32 = 9;
 /// table asks for more bindings than some devices have.
 pub(in crate::discrete) fn has_kernel(surface: &dyn Surface, precision: Precision, limits: &Limits) -> bool {
     let is_bound = |text: String| !text.contains(SURFACE_TABLE) || limits.storage_bindings >= BINDINGS;
-    surface.quadric().is_some() || (precision == Precision::F64 && surface.wgsl().is_some_and(is_bound))
+    surface.kind().quadric().is_some()
+        || (precision == Precision::F64 && surface.kernel().map(SurfaceKernel::text).is_some_and(is_bound))
 }
 
 /// F of every lane.
@@ -60,7 +61,7 @@ impl Local {
 
     /// A, b and c of F at size 1, with a gradient of length 1 at the origin.
     fn quadric(&self) -> Option<(DMat3, DVec3, f64)> {
-        let quadric = self.surface.quadric()?;
+        let quadric = self.surface.kind().quadric()?;
         let origin = DVec3::from_array(self.origin);
         let (gradient, size) = (quadric.gradient(origin), self.size);
         let unit = size * gradient.length();
@@ -85,7 +86,7 @@ impl Local {
     fn way<const D: usize>(&self, y: Vector<f64, D>) -> Vector<f64, D> {
         let x = self.place(y);
         // A point that has no foot is no number, and its trial is refused.
-        let foot = self.surface.foot(x).unwrap_or(DVec3::NAN);
+        let foot = self.surface.project(x).unwrap_or(DVec3::NAN);
         let way = ((foot - x) / self.size).to_array();
         std::array::from_fn(|c| way[c])
     }

@@ -20,8 +20,8 @@ fn faces_of_every_form_are_read() {
     let mesh = read(&format!("{GRID}{faces}")).unwrap();
     assert_eq!(mesh.name(), "the mesh of 9 vertices and 8 triangles");
     let at = |x, y| glam::DVec3::new(x, y, 0.0);
-    assert_eq!(mesh.unknown(at(0.3, 0.2)), None);
-    assert!(mesh.unknown(at(2.4, 0.2)).is_some());
+    assert_eq!(mesh.undefined(at(0.3, 0.2)), None);
+    assert!(mesh.undefined(at(2.4, 0.2)).is_some());
     // Faces may come before their vertices.
     assert!(read(&format!("f 1 2 5\n{GRID}")).is_ok());
 }

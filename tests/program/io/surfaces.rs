@@ -37,7 +37,7 @@ fn grids_of_files_stand_where_their_numbers_say() {
         // h = column + 3 row
         assert_eq!(of(name).value(DVec3::new(x, y, 10.0)), 6.0, "{name}");
     }
-    assert!(of("one.csv,30").unknown(DVec3::new(61.0, 0.0, 0.0)).is_some());
+    assert!(of("one.csv,30").undefined(DVec3::new(61.0, 0.0, 0.0)).is_some());
     assert!(of("one.csv").name().starts_with("the terrain of ") && of("one.csv").name().ends_with("one.csv"));
 }
 

@@ -334,7 +334,7 @@ fn curves_of_order_3_with_attached_points_take_the_steps_of_the_cpu() {
 ///
 /// Around a torus x and y are angles, and points are spread over it.
 fn onto(surface: &dyn Surface, batch: &CurveBatch) -> CurveBatch {
-    let place = |p: &[f64]| match surface.quadric() {
+    let place = |p: &[f64]| match surface.kind().quadric() {
         Some(_) => DVec3::from_slice(p) + DVec3::new(0.0, 0.0, 1.2),
         None => {
             let ((up, out), (sin, cos)) = ((0.4 * p[1]).sin_cos(), (0.3 * p[0]).sin_cos());
@@ -354,7 +354,7 @@ fn curves_in_surfaces_take_the_steps_of_the_cpu() {
             let segments = Segments::PerSpan(n);
             let fair = Fair { energy, segments, pins, surface: Some(within), ..Fair::default() };
             let batch = onto(surface, &batch::<3>(&RAGGED, |i| i % 2 == 0, n as u64));
-            let has_kernel = |way: &(Precision, usize)| surface.quadric().is_some() || way.0 == Precision::F64;
+            let has_kernel = |way: &(Precision, usize)| surface.kind().quadric().is_some() || way.0 == Precision::F64;
             let ways: Vec<_> = ways(&gpu, lanes).into_iter().filter(has_kernel).collect();
             check::<3>(&gpu, &fair, &problems(&fair, &batch), &ways);
         };
