@@ -2,7 +2,6 @@
 
 use crate::batch::CurveBatch;
 use crate::error::Result;
-use crate::report::Fit;
 
 /// The heights of a batch of longitudes, latitudes and heights as planar curves (height, 0) over
 /// these parameters, without constraints.
@@ -14,18 +13,4 @@ pub(crate) fn heights(batch: &CurveBatch, t: Vec<f64>, closing: Vec<f64>) -> Res
     let closed = (0..batch.len()).map(|i| batch.is_closed(i)).collect::<Vec<_>>();
     let heights = CurveBatch::from_ragged(2, coords, batch.offsets().to_vec())?.closed_each(closed)?;
     heights.with_parameters(t)?.with_closing_spans(closing)
-}
-
-/// Names for fair curves until they fit through [`fit_in_surface`](super::fit_in_surface).
-pub(crate) struct Heights;
-
-impl Heights {
-    #[allow(clippy::new_ret_no_self)]
-    pub fn new(heights: Option<Fit>) -> Option<Fit> {
-        heights
-    }
-
-    pub fn batch(batch: &CurveBatch, t: Vec<f64>, closing: Vec<f64>) -> Result<CurveBatch> {
-        heights(batch, t, closing)
-    }
 }

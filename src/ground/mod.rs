@@ -7,7 +7,6 @@ mod onto;
 mod wide;
 
 pub(crate) use fit::{SurfaceMethod, fit_in_surface};
-pub(crate) use globe::{GlobeCurves, in_space};
-pub(crate) use heights::{Heights, heights};
-pub(crate) use onto::{Moved, check, check_samples, jet_onto, judge_known, lifted, lost};
+pub(crate) use heights::heights;
+pub(crate) use onto::{check, check_samples, jet_onto, judge_known, lifted, lost};
 pub(crate) use wide::{Halved, between};

@@ -156,48 +156,6 @@ pub trait Surface: Debug + Send + Sync {
         Kind::General
     }
 
-    /// Name of [`project`](Self::project) until callers have changed.
-    #[doc(hidden)]
-    fn foot(&self, x: DVec3) -> Option<DVec3> {
-        self.project(x)
-    }
-
-    /// Name of [`project_all`](Self::project_all) until callers have changed.
-    #[doc(hidden)]
-    fn feet(&self, points: &mut [DVec3]) {
-        self.project_all(points);
-    }
-
-    /// Part of [`kind`](Self::kind) until callers have changed.
-    #[doc(hidden)]
-    fn quadric(&self) -> Option<Quadric> {
-        self.kind().quadric()
-    }
-
-    /// Part of [`kind`](Self::kind) until callers have changed.
-    #[doc(hidden)]
-    fn globe(&self) -> Option<Globe> {
-        self.kind().globe()
-    }
-
-    /// Part of [`kernel`](Self::kernel) until callers have changed.
-    #[doc(hidden)]
-    fn wgsl(&self) -> Option<String> {
-        self.kernel().map(SurfaceKernel::text)
-    }
-
-    /// Part of [`kernel`](Self::kernel) until callers have changed.
-    #[doc(hidden)]
-    fn wgsl_table(&self) -> Vec<f64> {
-        self.kernel().map(SurfaceKernel::table).unwrap_or_default()
-    }
-
-    /// Part of [`kernel`](Self::kernel) until callers have changed.
-    #[doc(hidden)]
-    fn wgsl_turns(&self) -> usize {
-        self.kernel().map_or(0, SurfaceKernel::loop_iterations)
-    }
-
     /// The point over x and y of a surface z = h(x, y), such as terrain. Planar points are lifted
     /// onto it. `None` for other surfaces.
     fn over(&self, _x: f64, _y: f64) -> Option<DVec3> {
