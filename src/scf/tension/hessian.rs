@@ -12,7 +12,7 @@
 //! For ν > 2 second derivatives fall to 0 where an end's curvature does beside a straight piece, for
 //! ν < 2 they grow without bound where the whole segment is straight.
 
-use super::quadrature::{Growth, Law, Pull};
+use super::quadrature::{Integrals, Law, Pull};
 use super::solve::{Course, Shape};
 
 /// Angles of a straight segment are taken to be this for its second derivatives: at 0 itself those
@@ -26,6 +26,43 @@ pub(super) fn solve([[a, b], [c, d]]: [[f64; 2]; 2], right: [[f64; 2]; 2]) -> [[
     let ([a, c], [b, d]) = ([a, c].map(|x| x / scale[0]), [b, d].map(|x| x / scale[1]));
     let determinant = a * d - b * c;
     right.map(|[e, f]| [(e * d - b * f) / determinant / scale[0], (a * f - e * c) / determinant / scale[1]])
+}
+
+/// The closure of the chord of a shape with one inflection.
+///
+/// `side` is 1 if the inflection lies inside, −1 if it lies beyond the upper end, 0 at a free upper end.
+pub(super) struct Inflected {
+    /// The arcs from the inflection to the lower and to the upper end.
+    pub far: Integrals<2>,
+    pub near: Integrals<2>,
+    /// The radius of curvature at the lower end.
+    pub radius: f64,
+    /// |do/dv| of the overshoot o: with v both arcs' ends move smoothly through the inflection.
+    pub scale: f64,
+    /// The radius of curvature at the upper end, times `scale`; 0 if it is free.
+    pub scaled_radius: f64,
+    /// Derivatives of the displacements along and across by ln t and v.
+    pub rows: [[f64; 2]; 2],
+}
+
+impl Inflected {
+    pub fn new(law: &Law, t: f64, side: f64, &Shape { pull, axis, ends: [long, short], .. }: &Shape) -> Self {
+        let [far, near] = [long, short].map(|x| law.growth(t, x));
+        let (sine, cosine) = axis.sin_cos();
+        let radius = 1.0 / law.curvature(pull, long);
+        let slope = if short > 0.0 { law.excess(pull, short) / short } else { t };
+        let [scale, moved, scaled_radius] = if side == 0.0 {
+            [1.0, 1.0, 0.0]
+        } else {
+            let scale = short.powf(1.0 / law.nu);
+            [scale, side * scale, ((law.nu - 1.0) / slope).powf(1.0 / law.nu)]
+        };
+        let along = (radius * long.cos() + sine) * moved + scaled_radius * short.cos();
+        let across = (radius * long.sin() - cosine) * moved + scaled_radius * short.sin();
+        let rows =
+            [[far.changes[0] + side * near.changes[0], along], [far.changes[1] + side * near.changes[1], across]];
+        Inflected { far, near, radius, scale, scaled_radius, rows }
+    }
 }
 
 impl Shape {
@@ -43,17 +80,14 @@ impl Shape {
     pub(super) fn hessian_of_free(&self, law: &Law, low: f64) -> f64 {
         let long = self.ends[0].abs();
         let (sine, cosine) = long.sin_cos();
-        let radius = 1.0 / law.curvature(self.pull, long);
         let Pull::Above(t) = self.pull else {
-            let turned = radius * sine;
+            let turned = 1.0 / law.curvature(self.pull, long) * sine;
             let stiffness = turned - self.axis.cos();
             return law.tension * turned * (1.0 - turned / stiffness);
         };
         debug_assert!(low <= self.axis);
-        let [along, across] = law.growth(t, long).changes;
-        let (right, up) = (radius * cosine, radius * sine);
-        let rows = [[along, right + self.axis.sin()], [across, up - self.axis.cos()]];
-        let [[grown, turned], _] = solve(rows, [[right, up], [0.0; 2]]);
+        let Inflected { radius, rows, .. } = Inflected::new(law, t, 0.0, self);
+        let [[grown, turned], _] = solve(rows, [[radius * cosine, radius * sine], [0.0; 2]]);
         -radius * (t * sine * grown + (law.tension * sine + t * cosine) * (turned - 1.0))
     }
 
@@ -99,20 +133,10 @@ impl Shape {
         let ([long, short], omega, tension) = (self.ends, self.axis, law.tension);
         let (sine, cosine) = omega.sin_cos();
         let ((sine_long, cosine_long), (sine_short, cosine_short)) = (long.sin_cos(), short.sin_cos());
-        let radius = 1.0 / law.curvature(self.pull, long);
+        let Inflected { radius, scale, scaled_radius, rows, .. } = Inflected::new(law, t, side, self);
         let (right, up) = (radius * cosine_long, radius * sine_long);
-        // do = ± o^{1/ν} dv, in which both arcs' ends move smoothly through the inflection.
-        let scale = short.powf(1.0 / law.nu);
-        let slope = if short > 0.0 { law.excess(self.pull, short) / short } else { t };
-        let scaled_radius = ((law.nu - 1.0) / slope).powf(1.0 / law.nu);
         let radius_sine = if short > 0.0 { scaled_radius / scale * sine_short } else { 0.0 };
-        let ([along, across], [along_short, across_short]) =
-            (law.growth(t, long).changes, law.growth(t, short).changes);
         let overshoot = side * scale;
-        let rows = [
-            [along + side * along_short, (right + sine) * overshoot + scaled_radius * cosine_short],
-            [across + side * across_short, (up - cosine) * overshoot + scaled_radius * sine_short],
-        ];
         let changes = solve(rows, [[right, up], [-right - sine, cosine - up]]);
         let at_low = |[grown, moved]: [f64; 2], turned: f64| {
             radius * (t * sine_long * grown + (tension * sine_long + t * cosine_long) * (turned + overshoot * moved))
@@ -136,7 +160,7 @@ impl Shape {
         let radius = |x: f64| 1.0 / law.curvature(self.pull, x);
         let [lower, upper] = ends.map(radius);
         let along = |x: f64| {
-            let Growth { sums: [_, c, d], changes: [a, b] } = law.growth(t, x);
+            let Integrals { arc: [_, c, d], changes: [a, b] } = law.growth(t, x);
             let (sine, cosine) = opening.sin_cos();
             a * cosine - b * sine - (c * sine + d * cosine) * opened
         };
@@ -162,8 +186,8 @@ impl Shape {
         let right =
             [[-lower * moved(at_lower), -lower * slope(at_lower)], [upper * moved(at_upper), -upper * slope(at_upper)]];
         let [low, high] = solve(rows, right);
-        let change_lower = |[grown, turned]: [f64; 2], own: f64| {
-            lower * (t * at_lower.sin() * grown + slope(at_lower) * (own - turned - 2.0 * opened * grown))
+        let change_lower = |[grown, turned]: [f64; 2], end: f64| {
+            lower * (t * at_lower.sin() * grown + slope(at_lower) * (end - turned - 2.0 * opened * grown))
         };
         let change_upper =
             |[grown, turned]: [f64; 2]| upper * (t * at_upper.sin() * grown + slope(at_upper) * (turned - 1.0));

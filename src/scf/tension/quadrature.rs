@@ -20,9 +20,6 @@ const ELLIPSE: f64 = 3.2;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rule([(f64, f64); POINTS]);
 
-/// Length of an arc, and its displacement along and across its axis.
-pub(super) type Sums = [f64; 3];
-
 /// What a rule's node is to an integrand: of its angle x, ρ dx, and f.
 struct Node {
     sine: f64,
@@ -31,18 +28,13 @@ struct Node {
     excess: f64,
 }
 
-/// Length and displacement of an arc from an inflection, and the displacement's change with the logarithm of t.
+/// Integrals over an arc.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Growth {
-    pub sums: Sums,
-    pub changes: [f64; 2],
-}
-
-/// Length and displacement of an arc, and the displacement's change with the pull.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Compliance {
-    pub sums: Sums,
-    pub changes: [f64; 3],
+pub(super) struct Integrals<const N: usize> {
+    /// Length, and displacement along and across the axis.
+    pub arc: [f64; 3],
+    /// Derivatives of the displacement.
+    pub changes: [f64; N],
 }
 
 static LEGENDRE: LazyLock<Rule> = LazyLock::new(|| Rule::for_weight(0.0));
@@ -191,26 +183,66 @@ impl Law {
     }
 
     /// ∫ρ, ∫ρ cos x, ∫ρ sin x over `from … to` (from ≤ to), x as in [`excess`](Self::excess).
-    pub(super) fn arc(&self, pull: Pull, from: f64, to: f64) -> Sums {
-        let mirrored = |sums: Sums| [sums[0], sums[1], -sums[2]];
-        if from >= 0.0 {
-            self.graded(pull, from, to)
-        } else if to <= 0.0 {
-            mirrored(self.graded(pull, -to, -from))
-        } else {
-            let (left, right) = (mirrored(self.graded(pull, 0.0, -from)), self.graded(pull, 0.0, to));
-            std::array::from_fn(|k| left[k] + right[k])
-        }
+    pub(super) fn arc(&self, pull: Pull, from: f64, to: f64) -> [f64; 3] {
+        self.integrals(pull, from, to, |_| []).arc
     }
 
-    fn graded(&self, pull: Pull, from: f64, to: f64) -> Sums {
-        let mut sums = [0.0; 3];
-        self.panels(pull, from, to, |Node { sine, cosine, radius, .. }| {
-            sums[0] += radius;
-            sums[1] += radius * cosine;
-            sums[2] += radius * sine;
-        });
-        sums
+    /// The same with t ∂/∂t of the displacement over 0 … `to` above the tension, where |P|² = λ² + t².
+    ///
+    /// t ∂ρ/∂t = −ρ t sin x/(νf) has no stronger singularity at the inflection than ρ.
+    pub(super) fn growth(&self, t: f64, to: f64) -> Integrals<2> {
+        self.integrals(Pull::Above(t), 0.0, to, |Node { sine, cosine, radius, excess }| {
+            let change = radius * t * sine / (self.nu * excess);
+            [-(change * cosine), -(change * sine)]
+        })
+    }
+
+    /// The same with the derivatives of the displacement in the pull, below the tension: ∫ρ T Tᵀ/(νf), along and along,
+    /// along and across, across and across.
+    pub(super) fn compliance(&self, pull: Pull, from: f64, to: f64) -> Integrals<3> {
+        self.integrals(pull, from, to, |Node { sine, cosine, radius, excess }| {
+            let change = radius / (self.nu * excess);
+            [change * cosine * cosine, change * cosine * sine, change * sine * sine]
+        })
+    }
+
+    fn integrals<const N: usize>(
+        &self,
+        pull: Pull,
+        from: f64,
+        to: f64,
+        changes: impl Fn(&Node) -> [f64; N],
+    ) -> Integrals<N> {
+        let ahead = |from: f64, to: f64| {
+            let mut sums = Integrals { arc: [0.0; 3], changes: [0.0; N] };
+            self.panels(pull, from, to, |node| {
+                sums.arc[0] += node.radius;
+                sums.arc[1] += node.radius * node.cosine;
+                sums.arc[2] += node.radius * node.sine;
+                for (sum, change) in sums.changes.iter_mut().zip(changes(&node)) {
+                    *sum += change;
+                }
+            });
+            sums
+        };
+        if from >= 0.0 {
+            return ahead(from, to);
+        }
+        // Before the axis the arc is the mirror image.
+        let mut left = ahead((-to).max(0.0), -from);
+        left.arc[2] = -left.arc[2];
+        // Across and along is odd.
+        if let Some(odd) = left.changes.get_mut(1) {
+            *odd = -*odd;
+        }
+        if to <= 0.0 {
+            return left;
+        }
+        let right = ahead(0.0, to);
+        Integrals {
+            arc: std::array::from_fn(|k| left.arc[k] + right.arc[k]),
+            changes: std::array::from_fn(|k| left.changes[k] + right.changes[k]),
+        }
     }
 
     /// Visits the nodes of the rules over `from … to`, 0 ≤ from.
@@ -261,55 +293,6 @@ impl Law {
                 });
             }
             start = end;
-        }
-    }
-
-    /// Above the tension: ∫ρ, ∫ρ cos x and ∫ρ sin x over 0 … to, and t ∂/∂t of the last two, where |P|² = λ² + t².
-    ///
-    /// t ∂ρ/∂t = −ρ t sin x/(νf) has no stronger singularity at the inflection than ρ.
-    pub(super) fn growth(&self, t: f64, to: f64) -> Growth {
-        let (mut sums, mut changes) = ([0.0; 3], [0.0; 2]);
-        self.panels(Pull::Above(t), 0.0, to, |Node { sine, cosine, radius, excess }| {
-            let change = radius * t * sine / (self.nu * excess);
-            sums[0] += radius;
-            sums[1] += radius * cosine;
-            sums[2] += radius * sine;
-            changes[0] -= change * cosine;
-            changes[1] -= change * sine;
-        });
-        Growth { sums, changes }
-    }
-
-    /// Below the tension: ∫ρ, ∫ρ cos x and ∫ρ sin x over `from … to`, and the derivatives of the last two in the pull, ∫ρ
-    /// T Tᵀ/(νf): along and along, along and across, across and across.
-    pub(super) fn compliance(&self, pull: Pull, from: f64, to: f64) -> Compliance {
-        let over = |from: f64, to: f64| {
-            let (mut sums, mut changes) = ([0.0; 3], [0.0; 3]);
-            self.panels(pull, from, to, |Node { sine, cosine, radius, excess }| {
-                let change = radius / (self.nu * excess);
-                sums[0] += radius;
-                sums[1] += radius * cosine;
-                sums[2] += radius * sine;
-                changes[0] += change * cosine * cosine;
-                changes[1] += change * cosine * sine;
-                changes[2] += change * sine * sine;
-            });
-            Compliance { sums, changes }
-        };
-        let mirrored = |Compliance { sums: [length, along, across], changes: [aa, ab, bb] }| Compliance {
-            sums: [length, along, -across],
-            changes: [aa, -ab, bb],
-        };
-        if from >= 0.0 {
-            over(from, to)
-        } else if to <= 0.0 {
-            mirrored(over(-to, -from))
-        } else {
-            let (left, right) = (mirrored(over(0.0, -from)), over(0.0, to));
-            Compliance {
-                sums: std::array::from_fn(|k| left.sums[k] + right.sums[k]),
-                changes: std::array::from_fn(|k| left.changes[k] + right.changes[k]),
-            }
         }
     }
 }

@@ -82,6 +82,30 @@ pub(super) fn root(mut f: impl FnMut(f64) -> f64, (a, fa): (f64, f64), (b, fb): 
     a
 }
 
+/// Takes steps that double, from a place on, as long as the search `goes_on` with the value there.
+///
+/// Returns both ends of the last step. `None` if it leads beyond the limit.
+fn widened(
+    f: impl Fn(f64) -> f64,
+    mut near: (f64, f64),
+    mut step: f64,
+    limit: f64,
+    goes_on: impl Fn(f64) -> bool,
+) -> Option<[(f64, f64); 2]> {
+    loop {
+        let x = near.0 + step;
+        if (x - limit) * step > 0.0 {
+            return None;
+        }
+        let far = (x, f(x));
+        if !goes_on(far.1) {
+            return Some([near, far]);
+        }
+        near = far;
+        step *= 2.0;
+    }
+}
+
 /// Tolerance of a logarithm whose needs are wanted roughly.
 const ROUGHLY: f64 = 1e-3;
 
@@ -134,7 +158,7 @@ impl Solver<'_> {
 
     /// A straight piece about along the chord.
     pub(super) fn nearly_straight(&self) -> Option<Shape> {
-        if self.law.nu > 2.0 { self.near_flat(0.0) } else { None }
+        if self.law.nu > 2.0 { self.near_flat(0.0, false) } else { None }
     }
 
     /// The same as [`solve`](Self::solve), and the loop between two inflections where it is another one.
@@ -214,14 +238,11 @@ impl Solver<'_> {
             step *= 2.0;
             at_high = across(high);
         }
-        while at_low <= 0.0 {
-            (high, at_high) = (low, at_low);
-            low -= step;
-            step *= 2.0;
-            if low < least - DEEPEST {
+        if at_low <= 0.0 {
+            let Some(bracket) = widened(across, (low, at_low), -0.5, least - DEEPEST, |value| value <= 0.0) else {
                 return Balance::Slack;
-            }
-            at_low = across(low);
+            };
+            [(high, at_high), (low, at_low)] = bracket;
         }
         let log = root(across, (low, at_low), (high, at_high), tolerance);
         Balance::At(log, omega.cos() - sums(log)[0])
@@ -237,7 +258,7 @@ impl Solver<'_> {
         let mut log = guess;
         for _ in 0..STEPS {
             let [near, far] = [overshoot, self.long(overshoot)].map(|x| self.law.growth(log.exp(), x));
-            let [along, across] = [1, 2].map(|k| near.sums[k] + far.sums[k]);
+            let [along, across] = [1, 2].map(|k| near.arc[k] + far.arc[k]);
             let [stretched, lifted] = [0, 1].map(|k| near.changes[k] + far.changes[k]);
             let step = (sine - across) / lifted;
             log += step.clamp(-2.0, 2.0);
@@ -346,15 +367,8 @@ impl Solver<'_> {
         if let Balance::At(log, missing) = far.1 {
             bracket[1] = (log, missing);
         }
-        let mut step = 1.0;
-        while bracket[1].1 > 0.0 {
-            bracket[0] = bracket[1];
-            let log = bracket[0].0 - step;
-            if log < self.law.tension.ln() - DEEPEST {
-                return None;
-            }
-            bracket[1] = (log, missing(log));
-            step *= 2.0;
+        if bracket[1].1 > 0.0 {
+            bracket = widened(missing, bracket[1], -1.0, self.law.tension.ln() - DEEPEST, |value| value > 0.0)?;
         }
         let pull = Pull::Above(root(missing, bracket[0], bracket[1], 1e-15).exp());
         Some(self.through(pull, inner(pull), 0.0))

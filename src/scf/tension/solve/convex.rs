@@ -1,7 +1,7 @@
 //! Curves that turn one way: the outer unknown is the strength of the pull, the inner one its
 //! direction, in which the displacement across the pull is elementary.
 
-use super::{Course, DEEPEST, PI, Pull, Shape, Solver, root};
+use super::{Course, DEEPEST, PI, Pull, Shape, Solver, root, widened};
 
 impl Solver<'_> {
     /// The direction of the pull at which the chord closes across it, for a curve without
@@ -61,33 +61,15 @@ impl Solver<'_> {
         let least = self.law.tension.ln();
         let pull = |log: f64| if below { Pull::Below((-log).exp()) } else { Pull::Above(log.exp()) };
         let f = |log: f64| self.along_circle(pull(log)).1;
-        let mut near = if below { 0.0 } else { least - 1.0 };
-        let mut at_near = if below { self.missing_of_circle() } else { f(near) };
-        let mut step = 1.0;
-        while !below && at_near < 0.0 {
-            near -= step;
-            step *= 2.0;
-            if near < least - DEEPEST {
-                return None;
-            }
-            at_near = f(near);
+        let mut near = if below { (0.0, self.missing_of_circle()) } else { (least - 1.0, f(least - 1.0)) };
+        if near.1 < 0.0 {
+            [_, near] = widened(f, near, -1.0, least - DEEPEST, |value| value < 0.0)?;
         }
-        step = 1.0;
-        let mut far = near + step;
-        let mut at_far = f(far);
-        while at_far > 0.0 {
-            (near, at_near) = (far, at_far);
-            step *= 2.0;
-            far += step;
-            if far > DEEPEST + least.max(0.0) {
-                return None;
-            }
-            at_far = f(far);
-        }
-        if let Some(shape) = self.convex_near(pull(far)) {
+        let [near, far] = widened(f, near, 1.0, DEEPEST + least.max(0.0), |value| value > 0.0)?;
+        if let Some(shape) = self.convex_near(pull(far.0)) {
             return Some(shape);
         }
-        let pull = pull(root(f, (near, at_near), (far, at_far), 1e-15));
+        let pull = pull(root(f, near, far, 1e-15));
         let (ends, _) = self.along_circle(pull);
         let axis = if below { self.low - ends[0] } else { self.high + ends[1] };
         Some(Shape { pull, axis, ends, course: Course::Direct, flat: 0.0 })

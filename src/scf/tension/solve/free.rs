@@ -1,7 +1,7 @@
 //! Segments whose upper end is free: without moment there, they begin at an inflection, or run
 //! straight from it.
 
-use super::{Course, DEEPEST, Pull, Shape, Solver, root};
+use super::{Course, DEEPEST, Pull, Shape, Solver, root, widened};
 
 /// How finely the turning is searched for the first one that fits, in radians.
 const STEP: f64 = 0.1;
@@ -23,28 +23,13 @@ impl Solver<'_> {
         }
         let least = self.law.tension.ln();
         let over = |log: f64| self.turning_from_free(Pull::Above(log.exp())).map_or(-1.0, |(_, chord)| chord - 1.0);
-        let (mut low, mut high) = (self.usual(), self.usual());
-        let (mut at_low, mut at_high) = (over(low), over(high));
-        let mut step = 1.0;
-        while at_low < 0.0 {
-            (high, at_high) = (low, at_low);
-            low -= step;
-            step *= 2.0;
-            if low < least - DEEPEST {
-                return None;
-            }
-            at_low = over(low);
-        }
-        step = 1.0;
-        while at_high >= 0.0 {
-            (low, at_low) = (high, at_high);
-            high += step;
-            step *= 2.0;
-            if high > least.max(0.0) + DEEPEST {
-                return None;
-            }
-            at_high = over(high);
-        }
+        let start = (self.usual(), over(self.usual()));
+        let [(low, at_low), (high, at_high)] = if start.1 < 0.0 {
+            let [high, low] = widened(over, start, -1.0, least - DEEPEST, |value| value < 0.0)?;
+            [low, high]
+        } else {
+            widened(over, start, 1.0, least.max(0.0) + DEEPEST, |value| value >= 0.0)?
+        };
         if let Some((long, _)) = self.turning_from_free(Pull::Above(low.exp())) {
             let between = |shape: &Shape| matches!(shape.pull, Pull::Above(t) if (low..=high).contains(&t.ln()));
             if let Some(shape) = self.near_inflected_free(low.exp(), long).filter(between) {

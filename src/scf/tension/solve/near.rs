@@ -1,13 +1,13 @@
 //! Shapes near one that is known, by Newton's method on the closure of the chord: two unknowns, a
-//! quadrature a step, where the nested roots take dozens.
+//! quadrature per step, where the nested roots take dozens.
 //!
 //! The kind of the shape is kept: its unknowns are those of the second derivatives, in which the
 //! closure is smooth even where an inflection passes an end. What does not converge in some steps,
 //! leaves its kind, or is no minimum, is left to the nested roots.
 
 use super::{Course, Pull, Shape, Solver};
-use crate::scf::tension::hessian;
-use crate::scf::tension::quadrature::{Compliance, Growth, Law};
+use crate::scf::tension::hessian::{Inflected, solve};
+use crate::scf::tension::quadrature::{Integrals, Law};
 
 /// Steps of Newton's method at most.
 const STEPS: usize = 12;
@@ -62,7 +62,7 @@ impl Solver<'_> {
             _ if self.low == 0.0 && self.high == 0.0 => None,
             (Pull::Below(gap), Course::Direct) => self.near_convex(gap, known.axis),
             // For ν ≤ 2 only what is straight from end to end has a straight piece.
-            (Pull::Critical, Course::Through(axis)) if self.law.nu > 2.0 => self.near_flat(axis),
+            (Pull::Critical, Course::Through(axis)) if self.law.nu > 2.0 => self.near_flat(axis, false),
             (Pull::Above(t), Course::Direct) => self.near_inflected(t, -known.ends[1]),
             (Pull::Above(t), Course::Through(_)) => self.near_inflected(t, known.ends[1]),
             _ => None,
@@ -73,7 +73,7 @@ impl Solver<'_> {
     pub(in crate::scf::tension) fn near_free(&self, known: &Shape) -> Option<Shape> {
         match (known.pull, known.course) {
             _ if self.low == 0.0 => None,
-            (Pull::Critical, Course::Through(_)) if self.law.nu > 2.0 => self.near_flat_free(known.ends[0].abs()),
+            (Pull::Critical, Course::Through(_)) if self.law.nu > 2.0 => self.near_flat(known.ends[0].abs(), true),
             (Pull::Above(t), Course::Direct) => self.near_inflected_free(t, known.ends[0]),
             _ => None,
         }
@@ -86,14 +86,14 @@ impl Solver<'_> {
         for _ in 0..STEPS {
             let pull = Pull::Below(gap);
             let ends = [self.low - axis, self.high - axis];
-            let Compliance { sums: [length, along, across], changes: [aa, ab, bb] } =
+            let Integrals { arc: [length, along, across], changes: [aa, ab, bb] } =
                 law.compliance(pull, ends[0], ends[1]);
             let (sine, cosine) = axis.sin_cos();
             let missing = [cosine - along, -sine - across];
             if closing.is_done(missing[0].hypot(missing[1]), length.max(1.0)) {
                 return Some(Shape { pull, axis, ends, course: Course::Direct, flat: 0.0 });
             }
-            let [[right, up], _] = hessian::solve([[aa, ab], [ab, bb]], [missing, [0.0; 2]]);
+            let [[right, up], _] = solve([[aa, ab], [ab, bb]], [missing, [0.0; 2]]);
             // In units of the tension.
             let [right, up] = [right / law.tension, up / law.tension];
             if gap < 0.1 {
@@ -112,13 +112,15 @@ impl Solver<'_> {
         None
     }
 
-    /// With a straight piece along an axis between the ends' angles or beyond the upper one.
-    pub(super) fn near_flat(&self, axis: f64) -> Option<Shape> {
-        let (law, mut axis) = (self.law, axis);
+    /// With a straight piece along an axis between the ends' angles or beyond the upper one, or along the free upper
+    /// end. The unknown is the axis, or its distance from the lower end.
+    pub(super) fn near_flat(&self, unknown: f64, is_free: bool) -> Option<Shape> {
+        let (law, mut unknown) = (self.law, unknown);
         let mut closing = Closing::new();
         for _ in 0..STEPS {
-            let (long, short) = (axis - self.low, axis - self.high);
-            if long <= 0.0 {
+            let (axis, long) = if is_free { (self.low + unknown, unknown) } else { (unknown, unknown - self.low) };
+            let short = if is_free { 0.0 } else { axis - self.high };
+            if !is_free && long <= 0.0 {
                 return None;
             }
             let (sine, cosine) = axis.sin_cos();
@@ -127,110 +129,59 @@ impl Solver<'_> {
             if closing.is_done(missing.abs(), far.max(near).max(1.0)) {
                 let lengths = [long, short.abs()].map(|x| law.arc(Pull::Critical, 0.0, x)[1]);
                 let flat = cosine - lengths[0] - lengths[1];
-                let ends = [-long, -short];
-                return (flat >= 0.0).then_some(Shape {
-                    pull: Pull::Critical,
-                    axis,
-                    ends,
-                    course: Course::Through(axis),
-                    flat,
-                });
+                let (ends, course) = ([-long, if is_free { 0.0 } else { -short }], Course::Through(axis));
+                return (flat >= 0.0).then_some(Shape { pull: Pull::Critical, axis, ends, course, flat });
             }
             let moment = |x: f64| if x > 0.0 { x.sin() / law.curvature(Pull::Critical, x) } else { 0.0 };
             let slope = cosine - moment(long) - moment(short.abs());
-            axis -= shortened([0.0, missing / slope])[1];
+            unknown -= shortened([0.0, missing / slope])[1];
+            if is_free && (unknown.is_nan() || unknown <= -self.low) {
+                return None;
+            }
+        }
+        None
+    }
+
+    /// One inflection, within or beyond the upper end, or at that end if it is free. The unknowns are t, and the
+    /// overshoot (above 0 within) to the power in which it is smooth, or the distance of a free end from the lower one.
+    fn near_inflection(&self, mut t: f64, mut unknown: f64, is_free: bool) -> Option<Shape> {
+        let law = self.law;
+        let mut closing = Closing::new();
+        for _ in 0..STEPS {
+            let (side, short) =
+                if is_free { (0.0, 0.0) } else { (1f64.copysign(unknown), (law.q * unknown.abs()).powf(1.0 / law.q)) };
+            let [axis, long] =
+                if is_free { [self.low + unknown, unknown] } else { [self.high + short, self.high - self.low + short] };
+            let course = if unknown > 0.0 && !is_free { Course::Through(axis) } else { Course::Direct };
+            let shape = Shape { pull: Pull::Above(t), axis, ends: [long, short], course, flat: 0.0 };
+            let Inflected { far, near, rows, .. } = Inflected::new(law, t, side, &shape);
+            let (sine, cosine) = axis.sin_cos();
+            let right = cosine - far.arc[1] - side * near.arc[1];
+            let up = sine - far.arc[2] - side * near.arc[2];
+            if closing.is_done(right.hypot(up), (far.arc[0] + near.arc[0]).max(1.0)) {
+                // Where the piece that would close the chord grows with the overshoot, it is a
+                // saddle.
+                let minimum = rows[0][0] * rows[1][1] - rows[0][1] * rows[1][0] > 0.0;
+                return (minimum || unknown <= 0.0 || is_free).then_some(shape);
+            }
+            let [step, _] = solve(rows, [[right, up], [0.0; 2]]);
+            let [grown, turned] = shortened(step);
+            (t, unknown) = (t * grown.exp(), unknown + turned);
+            let bends_back = is_free && unknown <= -self.low;
+            if !(grown.is_finite() && turned.is_finite()) || bends_back {
+                return None;
+            }
         }
         None
     }
 
     /// One inflection, within (`overshoot` above 0) or beyond the upper end.
     pub(super) fn near_inflected(&self, t: f64, overshoot: f64) -> Option<Shape> {
-        let (law, turning) = (self.law, self.high - self.low);
-        let (mut t, mut smooth) = (t, smoothed(law, overshoot));
-        let mut closing = Closing::new();
-        for _ in 0..STEPS {
-            let (side, short) = (1f64.copysign(smooth), (law.q * smooth.abs()).powf(1.0 / law.q));
-            let (pull, axis, long) = (Pull::Above(t), self.high + short, turning + short);
-            let (sine, cosine) = axis.sin_cos();
-            let [far, near] = [long, short].map(|x| law.growth(t, x));
-            let right = cosine - far.sums[1] - side * near.sums[1];
-            let up = sine - far.sums[2] - side * near.sums[2];
-            let radius = 1.0 / law.curvature(pull, long);
-            let scale = short.powf(1.0 / law.nu);
-            let slope = if short > 0.0 { law.excess(pull, short) / short } else { t };
-            let scaled_radius = ((law.nu - 1.0) / slope).powf(1.0 / law.nu);
-            let moved = side * scale;
-            let rows = [
-                [
-                    far.changes[0] + side * near.changes[0],
-                    (radius * long.cos() + sine) * moved + scaled_radius * short.cos(),
-                ],
-                [
-                    far.changes[1] + side * near.changes[1],
-                    (radius * long.sin() - cosine) * moved + scaled_radius * short.sin(),
-                ],
-            ];
-            let size = (far.sums[0] + near.sums[0]).max(1.0);
-            if closing.is_done(right.hypot(up), size) {
-                // Where the piece that would close the chord grows with the overshoot, it is a
-                // saddle.
-                let minimum = rows[0][0] * rows[1][1] - rows[0][1] * rows[1][0] > 0.0;
-                let course = if smooth > 0.0 { Course::Through(axis) } else { Course::Direct };
-                let shape = Shape { pull, axis, ends: [long, short], course, flat: 0.0 };
-                return (minimum || smooth <= 0.0).then_some(shape);
-            }
-            let [step, _] = hessian::solve(rows, [[right, up], [0.0; 2]]);
-            let [grown, turned] = shortened(step);
-            (t, smooth) = (t * grown.exp(), smooth + turned);
-            if !(grown.is_finite() && turned.is_finite()) {
-                return None;
-            }
-        }
-        None
+        self.near_inflection(t, smoothed(self.law, overshoot), false)
     }
 
     /// An arc from the free end's inflection.
     pub(super) fn near_inflected_free(&self, t: f64, long: f64) -> Option<Shape> {
-        let (law, mut t, mut long) = (self.law, t, long);
-        let mut closing = Closing::new();
-        for _ in 0..STEPS {
-            let pull = Pull::Above(t);
-            let (sine, cosine) = (self.low + long).sin_cos();
-            let Growth { sums: [length, along, across], changes } = law.growth(t, long);
-            let missing = [cosine - along, sine - across];
-            if closing.is_done(missing[0].hypot(missing[1]), length.max(1.0)) {
-                return Some(self.after_free(pull, long, 0.0));
-            }
-            let radius = 1.0 / law.curvature(pull, long);
-            let rows = [[changes[0], radius * long.cos() + sine], [changes[1], radius * long.sin() - cosine]];
-            let [step, _] = hessian::solve(rows, [missing, [0.0; 2]]);
-            let [grown, turned] = shortened(step);
-            (t, long) = (t * grown.exp(), long + turned);
-            if !grown.is_finite() || long.is_nan() || long <= -self.low {
-                return None;
-            }
-        }
-        None
-    }
-
-    /// A straight piece from the free end, and an arc.
-    fn near_flat_free(&self, long: f64) -> Option<Shape> {
-        let (law, mut long) = (self.law, long);
-        let mut closing = Closing::new();
-        for _ in 0..STEPS {
-            let (sine, cosine) = (self.low + long).sin_cos();
-            let across = self.critical_across(long);
-            let missing = sine - across;
-            if closing.is_done(missing.abs(), across.max(1.0)) {
-                let flat = cosine - law.arc(Pull::Critical, 0.0, long)[1];
-                return (flat >= 0.0).then(|| self.after_free(Pull::Critical, long, flat));
-            }
-            let slope = cosine - long.sin() / law.curvature(Pull::Critical, long);
-            long -= shortened([0.0, missing / slope])[1];
-            if long.is_nan() || long <= -self.low {
-                return None;
-            }
-        }
-        None
+        self.near_inflection(t, long, true)
     }
 }
