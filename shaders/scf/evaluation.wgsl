@@ -1,5 +1,5 @@
-// Costs and derivatives of segments of unit chord, one thread a segment.
-// Twin: src/scf/evaluation.rs.
+// Costs and derivatives of segments, one thread a segment. With TENSION they are segments under tension.
+// Twin: src/scf/evaluation.rs
 
 struct EvaluationParams {
     tasks: u32,
@@ -11,52 +11,58 @@ struct Segment {
     // Where the turns at its ends stand.
     first: u32,
     last: u32,
-    // Four times the number of its universal curve, and how it ends.
+    // Four times the number of its exponent, and how it ends.
     kind: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: EvaluationParams;
 // The segments to be evaluated.
 @group(0) @binding(1) var<storage, read> tasks: array<u32>;
-@group(0) @binding(2) var<storage, read> universals: array<real>;
+// A block per exponent: see universal.wgsl, under tension tension/quadrature.wgsl.
+@group(0) @binding(2) var<storage, read> exponents: array<real>;
 @group(0) @binding(3) var<storage, read> segments: array<Segment>;
-// Two a segment, from its chord to the reference directions.
+// Three per segment: from its chord to the reference directions, and the chord, 1 or in the unit in which λ is 1.
 @group(0) @binding(4) var<storage, read> angles: array<real>;
 // From the reference directions.
 @group(0) @binding(5) var<storage, read> turns: array<real>;
 @group(0) @binding(6) var<storage, read> states: array<SlopesState>;
-// Seven numbers a segment: cost, first and second derivatives, and whether there is a minimiser.
+// Seven numbers per segment: an Evaluation.
 @group(0) @binding(7) var<storage, read_write> found: array<real>;
+//:if TENSION
+// SHAPE_NUMBERS per segment, named in tension/evaluate.wgsl.
+@group(0) @binding(8) var<storage, read_write> shapes: array<real>;
+//:end
 
-//:include scf/slopes/standing.wgsl
-//:include scf/trig.wgsl
-//:include linalg/power.wgsl
-//:include scf/universal.wgsl
-//:include scf/root.wgsl
-//:include scf/evaluation/segment.wgsl
+struct Evaluation {
+    // ∫|κ|^ν ds, under tension ∫(|κ|^ν + λ) ds
+    cost: real,
+    // ∂/∂a, ∂/∂b
+    by_a: real,
+    by_b: real,
+    // ∂²/∂a², ∂²/∂a∂b, ∂²/∂b²
+    by_aa: real,
+    by_ab: real,
+    by_bb: real,
+    // 1 if there is a minimiser, else 0. Under tension −1 asks the host.
+    exists: real,
+}
 
-// Twin: slopes.rs
+// Twin: problem.rs
 const ENDS_DIRECTED: u32 = 0u;
 const ENDS_FREE_START: u32 = 1u;
 const ENDS_FREE_END: u32 = 2u;
 const ENDS_STRAIGHT: u32 = 3u;
 
-fn evaluation_of(segment: Segment, a: real, b: real) -> Evaluation {
-    let ends = segment.kind & 3u;
-    if (ends == ENDS_STRAIGHT) {
-        return Evaluation(real(0), real(0), real(0), real(0), real(0), real(0), real(1));
-    }
-    let curve = universal_of(segment.kind / 4u);
-    if (ends == ENDS_DIRECTED) {
-        return evaluate_directed(curve, a, b);
-    }
-    // From the other end, and mirrored, where that is the directed one.
-    let own = evaluate_free(curve, select(b, -a, ends == ENDS_FREE_END));
-    if (ends == ENDS_FREE_END) {
-        return Evaluation(own.cost, -own.by_b, real(0), own.by_bb, real(0), real(0), own.exists);
-    }
-    return own;
-}
+//:include scf/slopes/standing.wgsl
+//:include scf/trig.wgsl
+//:include linalg/power.wgsl
+//:if TENSION
+//:include scf/tension/evaluate.wgsl
+//:else
+//:include scf/universal.wgsl
+//:include scf/root.wgsl
+//:include scf/evaluation/segment.wgsl
+//:end
 
 //:include entry.wgsl ENTRY=evaluate TASKS=params.tasks
     let index = tasks[task];
@@ -64,9 +70,14 @@ fn evaluation_of(segment: Segment, a: real, b: real) -> Evaluation {
     if (!is_waiting(states[segment.owner])) {
         return;
     }
-    let a = angles[2u * index] + turns[segment.first];
-    let b = angles[2u * index + 1u] + turns[segment.last];
-    let own = evaluation_of(segment, a, b);
+//:if TENSION
+    if (is_answered(index)) {
+        return;
+    }
+//:end
+    let a = angles[3u * index] + turns[segment.first];
+    let b = angles[3u * index + 1u] + turns[segment.last];
+    let own = evaluation_of(index, segment, a, b);
     found[7u * index] = own.cost;
     found[7u * index + 1u] = own.by_a;
     found[7u * index + 2u] = own.by_b;

@@ -1,6 +1,6 @@
-// Newton's method on the slopes of a curve, one thread a curve: takes what its segments cost at the
-// trial, and finds the next trial. Where the matrix is not positive definite the next dispatch goes
-// on with more damping, so that a thread's loops stay short. Twin: src/scf/slopes.rs.
+// Newton's method on the tangent angles of a curve, one thread per curve: takes what its segments cost at the
+// trial, and finds the next trial. If the matrix is not positive definite the next dispatch goes
+// on with more damping, so that a thread's loops stay short. Twin: src/scf/slopes.rs
 
 struct SlopesParams {
     tasks: u32,
@@ -14,7 +14,7 @@ struct SlopesCurve {
     start: u32,
     dots: u32,
     closed: u32,
-    // Under tension its dots are let loose in so many stages.
+    // The number of stages in which its dots become movable.
     stages: u32,
 }
 
@@ -23,10 +23,10 @@ struct SlopesCurve {
 @group(0) @binding(1) var<storage, read> tasks: array<u32>;
 @group(0) @binding(2) var<storage, read> curves: array<SlopesCurve>;
 @group(0) @binding(3) var<storage, read_write> states: array<SlopesState>;
-// SLOPES_NUMBERS a curve, named below.
+// SLOPES_NUMBERS per curve, named below.
 @group(0) @binding(4) var<storage, read_write> numbers: array<real>;
-// Of every dot, 1 where its direction is an unknown, else 0; then the weights of all segments; under tension
-// the stages in which the dots are let loose.
+// 1 for every dot whose direction is an unknown, else 0; then the weights of all segments; then the stages in
+// which dots become movable.
 @group(0) @binding(5) var<storage, read> fixed: array<real>;
 // What the segments cost at the trial: see evaluation.wgsl.
 @group(0) @binding(6) var<storage, read> found: array<real>;
@@ -73,7 +73,7 @@ const WORK_COUPLING: u32 = 4u;
 const WORK_PIVOT: u32 = 5u;
 const WORK_BAND: u32 = 6u;
 const WORK_BORDER: u32 = 7u;
-// Twin: gpu/search.rs
+// Twin: gpu/bounds.rs
 const WORK_NUMBERS: u32 = 8u;
 
 //:if TENSION

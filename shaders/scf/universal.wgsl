@@ -1,6 +1,6 @@
 // The universal curves, of which segments are pieces: S(t), J(t) and differences between near
 // places. Needs trig.wgsl, linalg/power.wgsl (t ≥ 2.3e−308 in f64 and 1.2e−38 in f32, or 0) and an
-// array `universals` of a block a curve: ν, q, 1/q, J(π/2), the coefficients of S(t)/t^q and of
+// array `exponents` of a block per exponent: ν, q, 1/q, J(π/2), the coefficients of S(t)/t^q and of
 // J(t)/t^{q+1}, and those of the series of differences.
 // Twin: src/scf/universal.rs, which gives the formulas.
 
@@ -29,10 +29,10 @@ struct Universal {
 fn universal_of(number: u32) -> Universal {
     let at = number * UNIVERSAL_NUMBERS;
     return Universal(
-        universals[at + UNIVERSAL_EXPONENT],
-        universals[at + UNIVERSAL_Q],
-        universals[at + UNIVERSAL_INVERSE_Q],
-        universals[at + UNIVERSAL_HALF],
+        exponents[at + UNIVERSAL_EXPONENT],
+        exponents[at + UNIVERSAL_Q],
+        exponents[at + UNIVERSAL_INVERSE_Q],
+        exponents[at + UNIVERSAL_HALF],
         at,
     );
 }
@@ -66,11 +66,11 @@ fn moment_along(curve: Universal, t: real) -> MomentAlong {
     let near = larger(select(t, PI - t, folds), real(0));
     let x = near * near * TO_UNIT - real(1);
     let lift = power_of(curve, near);
-    var moment = universals[curve.at + UNIVERSAL_MOMENT + 13u];
-    var along = universals[curve.at + UNIVERSAL_ALONG + 13u];
+    var moment = exponents[curve.at + UNIVERSAL_MOMENT + 13u];
+    var along = exponents[curve.at + UNIVERSAL_ALONG + 13u];
 //:unroll k 13..0
-    moment = moment * x + universals[curve.at + UNIVERSAL_MOMENT + $ku];
-    along = along * x + universals[curve.at + UNIVERSAL_ALONG + $ku];
+    moment = moment * x + exponents[curve.at + UNIVERSAL_MOMENT + $ku];
+    along = along * x + exponents[curve.at + UNIVERSAL_ALONG + $ku];
 //:end
     along = near * lift * along;
     return MomentAlong(lift * moment, select(along, real(2) * curve.half - along, folds), lift);
@@ -108,7 +108,7 @@ fn difference_series(curve: Universal, inverse_square: real, cotangent: real, h:
     row_slope = real(0);
     row_u_slope = real(0);
 //:unroll j $n..0
-    c = universals[at + $nu * ($nu - 1u) / 2u + $ju];
+    c = exponents[at + $nu * ($nu - 1u) / 2u + $ju];
     share = real(-2) * real($j) / curve.q;
     row = row * x + c;
     row_u = row_u * x + c * share;

@@ -55,15 +55,15 @@ impl Arc {
 
     /// All segments with these end angles and one inflection at most, the cheapest first.
     pub fn stationary(curve: &Universal, chord: f64, [a, b]: [f64; 2]) -> Vec<Self> {
-        let mut all: Vec<Arc> = Arc::cheapest(curve, chord, [a, b]).into_iter().collect();
+        let mut arcs: Vec<Arc> = Arc::cheapest(curve, chord, [a, b]).into_iter().collect();
         let canonical = Canonical::of(a, b);
-        if let Some(first) = all.first().copied().filter(|first| !first.is_straight()) {
-            all.extend(
+        if let Some(first) = arcs.first().copied().filter(|first| !first.is_straight()) {
+            arcs.extend(
                 second(curve, canonical.angles, (-first.range[0]).max(0.0))
                     .map(|piece| Arc::of(&piece, &canonical, chord)),
             );
         }
-        all
+        arcs
     }
 
     /// The segment that starts with a free direction and ends at the angle b; for one that ends so,

@@ -4,7 +4,10 @@ use std::collections::BTreeMap;
 use std::sync;
 
 use super::arc::{Arc, Site};
-use super::tension::TensionSegment;
+use super::dots::{Dots, Exponents};
+use super::problem::Ends;
+use super::start::wrap;
+use super::tension::{Near, TensionSegment};
 use super::universal::Universal;
 use crate::batch::Origin;
 use crate::batch::{CurveBatch, Unfitted};
@@ -80,6 +83,65 @@ pub(crate) struct Chain {
     pub knots: Vec<f64>,
 }
 
+impl Chain {
+    /// The segments between dots with these directions, NaN where they are free, near those known. `None` if one has no
+    /// minimiser.
+    pub fn lay(dots: &Dots, directions: &[f64], exponents: &Exponents, known: &[Near]) -> Option<Self> {
+        let n = directions.len();
+        let taut = if exponents.tension > 0.0 { dots.tension_spans(directions, exponents) } else { Vec::new() };
+        let mut segments = Vec::with_capacity(dots.spans.len());
+        let mut knots = Vec::with_capacity(dots.spans.len() + 1);
+        knots.push(0.0);
+        let mut length = 0.0;
+        let mut dot = 0;
+        for &start in &dots.spans {
+            let Some(point) = start else {
+                // Between repeated points.
+                let start = dots.points[dot % n];
+                segments.push(Laid { arc: Piece::Arc(Arc::straight(0.0)), start, chord: [0.0; 2], curve: 0 });
+                knots.push(length);
+                continue;
+            };
+            debug_assert_eq!(point, dot);
+            let next = (dot + 1) % n;
+            let (number, chord) = (dots.curves[dot], dots.chords.lengths[dot]);
+            let curve = &exponents.universal[number as usize];
+            let angle = |dot: usize, direction: f64| wrap(direction - dots.chords.directions[dot]);
+            let (a, b) = (angle(dot, directions[dot]), angle(dot, directions[next]));
+            let arc = if let Some(span) = taut.get(dot) {
+                let [a, b] = [a, b].map(|angle| if angle.is_nan() { 0.0 } else { angle });
+                let near = known.get(dot).copied().unwrap_or_default();
+                Piece::Taut(Box::new(span.segment_near(&exponents.laws[number as usize], [a, b], &near)?.tabulated()))
+            } else {
+                Piece::Arc(match Ends::between(directions[dot], directions[next]) {
+                    Ends::Directed => Arc::cheapest(curve, chord, [a, b])?,
+                    Ends::FreeStart => Arc::free(curve, chord, b)?,
+                    Ends::FreeEnd => Arc::free(curve, chord, -a)?.reversed(),
+                    Ends::Straight => Arc::straight(chord),
+                })
+            };
+            let ([x, y], [u, v]) = (dots.points[dot], dots.points[next]);
+            let laid = Laid { arc, start: [x, y], chord: [u - x, v - y], curve: u32::from(number) };
+            length += laid.length(&exponents.universal);
+            knots.push(length);
+            segments.push(laid);
+            dot += 1;
+        }
+        Some(Chain { segments, knots })
+    }
+
+    /// Σ∫|κ|^ν ds, under tension Σ∫(|κ|^ν + λ) ds
+    pub fn cost(&self, universal: &[Universal]) -> f64 {
+        self.segments.iter().map(|laid| laid.cost(universal)).sum()
+    }
+
+    /// One arc in the frame of its chord.
+    pub fn one(arc: Arc, curve: &Universal) -> Self {
+        let laid = Laid { arc: Piece::Arc(arc), start: [0.0; 2], chord: [arc.chord, 0.0], curve: 0 };
+        Chain { segments: vec![laid], knots: vec![0.0, arc.length(curve)] }
+    }
+}
+
 /// The curves of a batch, each its segments or, unfitted, its input.
 pub(crate) struct Chains {
     pub curves: Vec<Result<Chain, Input>>,
@@ -104,50 +166,11 @@ fn jet((site, slope): (Site, f64)) -> Jet {
     }
 }
 
-/// One arc in the frame of its chord.
-pub(crate) struct OneArc<'a> {
-    arc: Arc,
-    curve: &'a Universal,
-    knots: [f64; 2],
-}
-
-impl<'a> OneArc<'a> {
-    pub fn new(arc: Arc, curve: &'a Universal) -> Self {
-        OneArc { arc, curve, knots: [0.0, arc.length(curve)] }
-    }
-}
-
-impl Curve for OneArc<'_> {
-    fn dimension(&self) -> usize {
-        2
-    }
-
-    fn is_closed(&self) -> bool {
-        false
-    }
-
-    fn knots(&self) -> &[f64] {
-        &self.knots
-    }
-
-    fn jet(&self, _: usize, u: f64) -> Jet {
-        jet(self.arc.at(self.curve, u))
-    }
-
-    /// By arc length.
-    fn speed(&self, _: usize, _: f64) -> f64 {
-        self.knots[1]
-    }
-
-    fn max_curvature(&self) -> f64 {
-        self.arc.max_curvature(self.curve)
-    }
-}
-
-struct ChainCurve<'a> {
-    chain: &'a Chain,
-    universal: &'a [Universal],
-    closed: bool,
+/// A chain with the universal curves of its arcs.
+pub(super) struct ChainCurve<'a> {
+    pub chain: &'a Chain,
+    pub universal: &'a [Universal],
+    pub closed: bool,
 }
 
 impl Curve for ChainCurve<'_> {

@@ -1,13 +1,12 @@
-//! From the points of a curve to the [`SlopesProblem`] of its slopes: distinct dots, chords, exponents,
+//! From the points of a curve to the [`SlopesProblem`] of its tangent angles: distinct dots, chords, exponents,
 //! weights.
 
-use super::slopes::{Ends, SlopesProblem, Span};
+use super::problem::{Ends, SlopesProblem, Span};
 use super::start::{Chords, Start, wrap};
 use super::tension::{TensionLaw, TensionSpan};
 use super::universal::Universal;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::error::{Error, Result};
-use crate::linalg::{Real, Scalar};
 use crate::status::CurveStatus;
 use crate::width::widths;
 
@@ -24,12 +23,12 @@ pub(crate) struct Exponents {
     pub tension: f64,
     /// Increasing.
     values: Vec<f64>,
-    /// That of the method.
-    own: f64,
+    /// The exponent of the method.
+    default: f64,
 }
 
 impl Exponents {
-    /// That of the method, and those of the column `nu`.
+    /// The exponent of the method, and the exponents of the column `nu`.
     pub fn of(exponent: f64, batch: &CurveBatch) -> Result<Self> {
         let mut values = vec![exponent];
         let given = batch.constraints().exponents.iter().flatten();
@@ -45,18 +44,18 @@ impl Exponents {
         Ok(Self::from(values, exponent, 0.0))
     }
 
-    fn from(values: Vec<f64>, own: f64, tension: f64) -> Self {
+    fn from(values: Vec<f64>, default: f64, tension: f64) -> Self {
         let universal = values.iter().map(|&nu| Universal::new(nu)).collect();
         let laws = if tension > 0.0 { values.iter().map(|&nu| TensionLaw::new(nu)).collect() } else { Vec::new() };
-        Exponents { universal, laws, tension, values, own }
+        Exponents { universal, laws, tension, values, default }
     }
 
     /// The same exponents under a tension τ.
     pub fn under(self, tension: f64) -> Self {
-        if tension > 0.0 { Self::from(self.values, self.own, tension) } else { self }
+        if tension > 0.0 { Self::from(self.values, self.default, tension) } else { self }
     }
 
-    /// The same exponents under a tension so many times as large.
+    /// The same exponents under a multiple of the tension.
     pub fn tightened(&self, times: f64) -> Self {
         Exponents { tension: times * self.tension, ..self.clone() }
     }
@@ -75,7 +74,7 @@ impl Exponents {
     /// On the way from 2 (at 0) to these exponents (at 1), in equal ratios, under the same numbers.
     pub fn towards(&self, part: f64) -> Self {
         let stage = |nu: &f64| 2.0 * (nu / 2.0).powf(part);
-        Self::from(self.values.iter().map(stage).collect(), stage(&self.own), self.tension)
+        Self::from(self.values.iter().map(stage).collect(), stage(&self.default), self.tension)
     }
 }
 
@@ -101,25 +100,28 @@ impl Dots {
         if let Some(problem) = batch.problem(i) {
             return Err(problem.clone());
         }
-        let all = batch.points(i).as_chunks::<2>().0;
+        let points = batch.points(i).as_chunks::<2>().0;
         let closed = batch.is_closed(i);
         let invalid = |k: usize, what: String| {
             Err(Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, k, &what) })
         };
         let mut dots = Dots {
             closed,
-            points: Vec::with_capacity(all.len()),
-            entries: Vec::with_capacity(all.len()),
+            points: Vec::with_capacity(points.len()),
+            entries: Vec::with_capacity(points.len()),
             spans: Vec::with_capacity(batch.spans(i)),
             chords: Chords::default(),
-            fixed: Vec::with_capacity(all.len()),
-            curves: Vec::with_capacity(all.len()),
+            fixed: Vec::with_capacity(points.len()),
+            curves: Vec::with_capacity(points.len()),
         };
         let mut segments = 0;
-        for (k, &point) in all.iter().enumerate() {
+        for (k, &point) in points.iter().enumerate() {
             // A dot is its first point; in a closed curve the last points may repeat the first dot.
-            let dot =
-                if closed && segments > 0 && k > 0 && all[k..].iter().all(|p| *p == all[0]) { 0 } else { segments };
+            let dot = if closed && segments > 0 && k > 0 && points[k..].iter().all(|p| *p == points[0]) {
+                0
+            } else {
+                segments
+            };
             if dot == dots.points.len() {
                 dots.points.push(point);
                 dots.entries.push(k);
@@ -131,15 +133,15 @@ impl Dots {
                 }
                 dots.fixed[dot] = tangent[1].atan2(tangent[0]);
             }
-            let nu = batch.constraints().exponents.as_ref().map_or(f64::NAN, |all| all[batch.offsets()[i] + k]);
+            let nu = batch.constraints().exponents.as_ref().map_or(f64::NAN, |nu| nu[batch.offsets()[i] + k]);
             if !(nu.is_nan() || nu > 1.0 && nu.is_finite()) {
                 return invalid(k, format!("the exponent nu is {nu}; it must be above 1, such as 2, or left empty"));
             }
             if k < batch.spans(i) {
-                let leads_on = all[(k + 1) % all.len()] != point;
+                let leads_on = points[(k + 1) % points.len()] != point;
                 dots.spans.push(leads_on.then_some(segments));
                 if leads_on {
-                    dots.curves.push(exponents.number(if nu.is_nan() { exponents.own } else { nu }));
+                    dots.curves.push(exponents.number(if nu.is_nan() { exponents.default } else { nu }));
                     segments += 1;
                 }
             }
@@ -176,11 +178,7 @@ impl Dots {
 
     /// The problem of the slopes with these directions for references, and the logarithm of what
     /// its costs are divided by.
-    pub fn problem<T: Real + Scalar<Number = T>>(
-        &self,
-        directions: &[f64],
-        exponents: &Exponents,
-    ) -> (SlopesProblem<T>, f64) {
+    pub fn problem(&self, directions: &[f64], exponents: &Exponents) -> (SlopesProblem, f64) {
         let dots = directions.len();
         let exponent = |segment: usize| exponents.universal[self.curves[segment] as usize].exponent;
         let power = |segment: usize| (1.0 - exponent(segment)) * self.chords.lengths[segment].ln();
@@ -189,14 +187,14 @@ impl Dots {
         let span = |k: usize| {
             let [a, b] = [directions[k], directions[(k + 1) % dots]];
             let angle = |direction: f64| {
-                T::of(if direction.is_nan() { 0.0 } else { wrap(direction - self.chords.directions[k]) })
+                if direction.is_nan() { 0.0 } else { wrap(direction - self.chords.directions[k]) }
             };
-            let weight = T::of((power(k) - scale).exp());
+            let weight = (power(k) - scale).exp();
             Span { angles: [angle(a), angle(b)], weight, curve: self.curves[k], ends: Ends::between(a, b) }
         };
         let movable = |dot: usize| {
             let held = directions[dot].is_nan() || self.fixed[dot].is_finite();
-            T::of(if held { 0.0 } else { 1.0 })
+            if held { 0.0 } else { 1.0 }
         };
         let problem = SlopesProblem {
             closed: self.closed,

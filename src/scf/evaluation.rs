@@ -29,6 +29,24 @@ pub(crate) struct Evaluation<S> {
     pub exists: S,
 }
 
+impl<S: Scalar> Evaluation<S> {
+    /// A straight segment between free ends.
+    pub fn straight() -> Self {
+        Evaluation { cost: S::ZERO, gradient: [S::ZERO; 2], hessian: [S::ZERO; 3], exists: S::ONE }
+    }
+
+    /// A segment that has no minimiser.
+    pub fn missing() -> Self {
+        Evaluation { exists: S::ZERO, ..Self::straight() }
+    }
+
+    /// A segment with a free start, mirrored and from its other end.
+    pub fn reversed(self) -> Self {
+        let zero = S::ZERO;
+        Evaluation { gradient: [-self.gradient[1], zero], hessian: [self.hessian[2], zero, zero], ..self }
+    }
+}
+
 /// [`evaluate`] as an operation: the universal curve and both angles.
 pub(crate) struct Directed<'a, S>(pub &'a Universal, pub [S; 2]);
 
@@ -54,7 +72,7 @@ impl<S: Scalar> Operation for FreeStart<'_, S> {
     }
 }
 
-/// Angles that stand in for those of a straight segment, where lanes cannot part.
+/// Stands in for the angles of a straight segment, where lanes cannot part.
 /// Not in the kernel: threads can.
 const STAND_IN: f64 = 0.5;
 

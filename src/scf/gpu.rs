@@ -1,18 +1,17 @@
-//! Smooth connection functions on a GPU: kernels, and segments by themselves; [`search`] has those
-//! of curves, [`taut`] those of curves under tension.
+//! Smooth connection functions on a GPU: the kernels, and single segments. [`search`] has curves.
 
-mod search;
-pub(super) mod taut;
+mod bounds;
+pub(super) mod search;
 #[cfg(all(test, feature = "gpu"))]
 mod tests;
 
 use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
-pub(crate) use search::search_on_gpu;
 
 use super::evaluation::Evaluation;
-use super::slopes::Ends;
+use super::family::Family;
+use super::problem::Ends;
 use super::universal::Universal;
 use super::workspace::evaluate_all;
 use crate::error::Result;
@@ -61,36 +60,31 @@ struct SlopesState {
     culprit: u32,
 }
 
-fn evaluation_kernel(precision: Precision) -> KernelKey {
-    kernel_key("scf/evaluation.wgsl", "evaluate", precision)
+/// The kernels that evaluate segments of a family and advance curves of them.
+fn search_kernels(family: Family, precision: Precision) -> [KernelKey; 2] {
+    [("scf/evaluation.wgsl", "evaluate"), ("scf/slopes.wgsl", "advance")].map(|(path, entry)| {
+        let mut definitions = definitions([("GROUP", &GROUP)]);
+        if let Family::UnderTension(_) = family {
+            definitions.insert("TENSION".into(), "1".into());
+        }
+        KernelKey { path, entry, precision, definitions }
+    })
 }
 
-fn slopes_kernel(precision: Precision) -> KernelKey {
-    kernel_key("scf/slopes.wgsl", "advance", precision)
-}
-
-fn kernel_key(path: &'static str, entry: &'static str, precision: Precision) -> KernelKey {
-    KernelKey { path, entry, precision, definitions: definitions([("GROUP", &GROUP)]) }
+fn answer_kernel(precision: Precision) -> KernelKey {
+    let definitions = definitions([("GROUP", &GROUP)]);
+    KernelKey { path: "scf/tension/answer.wgsl", entry: "answer", precision, definitions }
 }
 
 /// The kernels in every form.
 pub(crate) fn scf_kernels(precision: Precision) -> Vec<KernelKey> {
-    let of_tension = [taut::tension_kernel(precision), taut::taut_kernel(precision), taut::answer_kernel(precision)];
-    [evaluation_kernel(precision), slopes_kernel(precision)].into_iter().chain(of_tension).collect()
+    let searches = [Family::Plain(&[]), Family::UnderTension(&[])].map(|family| search_kernels(family, precision));
+    [searches.as_flattened(), &[answer_kernel(precision)]].concat()
 }
 
 /// `Segment::kind`
 fn kind(curve: u32, ends: Ends) -> u32 {
     4 * curve + ends as u32
-}
-
-/// The blocks of `universals` in `universal.wgsl`.
-fn universals(curves: &[Universal]) -> Vec<f64> {
-    let block = |curve: &Universal| {
-        let own = [curve.exponent, curve.q, 1.0 / curve.q, curve.half];
-        own.into_iter().chain(curve.moment).chain(curve.along).chain(curve.differences)
-    };
-    curves.iter().flat_map(block).collect()
 }
 
 /// The limits of a device for chunks of elements of so many bytes, of which no more than
@@ -112,7 +106,7 @@ pub(crate) fn evaluate_on_gpu(
     segments: &[(u32, [f64; 2])],
 ) -> Result<Vec<Evaluation<f64>>> {
     let real = precision.bytes();
-    let (largest, together) = (FOUND as u64 * real, (2 * FOUND + 2) as u64 * real + 20);
+    let (largest, together) = (FOUND as u64 * real, (2 * FOUND + 3) as u64 * real + 20);
     let chunks = plan::chunks(segments.iter().map(|_| 1), largest, together, &limits(gpu, together))?;
     let mut found = Vec::with_capacity(segments.len());
     pipeline(
@@ -129,9 +123,11 @@ pub(crate) fn evaluate_on_gpu(
         let doubtful = (0..segments.len()).filter(|&i| is_doubtful(&found[i], segments[i].1)).collect::<Vec<_>>();
         for same in doubtful.chunk_by(|&i, &j| segments[i].0 == segments[j].0) {
             let angles: Vec<[f64; 2]> = same.iter().map(|&i| segments[i].1).collect();
-            let mut own = vec![found[same[0]]; same.len()];
-            evaluate_all(&curves[segments[same[0]].0 as usize], false, &angles, &mut own);
-            same.iter().zip(own).for_each(|(&i, own)| found[i] = own);
+            let mut evaluations = vec![found[same[0]]; same.len()];
+            evaluate_all(&curves[segments[same[0]].0 as usize], false, &angles, &mut evaluations);
+            for (&i, evaluation) in same.iter().zip(evaluations) {
+                found[i] = evaluation;
+            }
         }
     }
     Ok(found)
@@ -151,25 +147,26 @@ fn record_segments<'g>(
     curves: &[Universal],
     segments: &[(u32, [f64; 2])],
 ) -> Result<Recording<'g>> {
-    let count = segments.len();
+    let (plain, count) = (Family::Plain(curves), segments.len());
     let table: Vec<Segment> = segments
         .iter()
         .map(|&(curve, _)| Segment { owner: 0, first: 0, last: 0, kind: kind(curve, Ends::Directed) })
         .collect();
-    let angles: Vec<f64> = segments.iter().flat_map(|(_, angles)| *angles).collect();
+    let angles: Vec<f64> = segments.iter().flat_map(|&(_, [a, b])| [a, b, 1.0]).collect();
     let found = recording.storage_reals(FOUND * count);
     let params = EvaluationParams { tasks: count as u32 };
     let buffers = [
         ("params", &recording.uniform(&params)),
         ("tasks", &recording.upload(&(0..count as u32).collect::<Vec<u32>>())),
-        ("universals", &recording.upload_reals(&universals(curves))),
+        ("exponents", &recording.upload_reals(&plain.packed())),
         ("segments", &recording.upload(&table)),
         ("angles", &recording.upload_reals(&angles)),
         ("turns", &recording.upload_reals(&[0.0])),
         ("states", &recording.upload(&[SlopesState::zeroed()])),
         ("found", &found),
     ];
-    recording.dispatch(&evaluation_kernel(recording.precision()), count, GROUP, &buffers)?;
+    let [evaluation, _] = search_kernels(plain, recording.precision());
+    recording.dispatch(&evaluation, count, GROUP, &buffers)?;
     recording.download(&found);
     Ok(recording)
 }

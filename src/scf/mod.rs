@@ -5,20 +5,21 @@
 //! Between two points with given tangents the minimiser obeys |κ|^ν = c cos ψ, ψ the angle of the
 //! tangent from the direction of a force. So every [`Segment`] is a piece of one universal curve
 //! per ν, fixed by one scalar root, and the cost, its gradient and its Hessian in the two end
-//! angles are closed expressions of that root. [`Smooth`] adds them up over a curve and finds the
-//! directions at the points by Newton's method: the gradient is the jump of the bending moment, the
-//! Hessian tridiagonal (cyclic for closed curves). [`exponent`] finds the ν whose
-//! curve comes nearest to a given shape.
+//! angles are closed expressions of that root. [`Smooth`] sums them over a curve and finds the
+//! directions at the points by Newton's method. The gradient is the jump of the bending moment, the
+//! Hessian is tridiagonal (cyclic for closed curves). [`exponent`] finds the ν whose curve comes
+//! nearest to a given shape.
 //!
 //! | file | holds |
 //! |---|---|
 //! | `universal` | the universal curve of an exponent: moment, displacement, length as polynomials |
 //! | `root` | which piece of it joins two points: the chord condition |
 //! | `evaluation` | cost, gradient and Hessian of a segment |
-//! | `slopes`, `workspace` | Newton's method on the directions of many curves |
+//! | `problem`, `slopes`, `workspace` | Newton's method on the tangent angles of many curves |
+//! | `family` | the two families of segments: plain, and under tension |
 //! | `arc`, `segment`, `curves` | where segments run |
 //! | `tension` | segments of least ∫(\|κ\|^ν + λ) ds |
-//! | `taut`, `width` | whole curves of them |
+//! | `taut` | whole curves of them |
 //! | `shape` | curves that keep the shape of their points |
 //! | `dots`, `start`, `stages`, `smooth` | from points to problems and back |
 
@@ -27,7 +28,9 @@ mod curves;
 mod dots;
 mod evaluation;
 pub mod exponent;
+mod family;
 mod gpu;
+mod problem;
 mod queries;
 mod root;
 mod segment;
@@ -44,10 +47,14 @@ mod trig;
 mod universal;
 mod workspace;
 
-pub use arc::Site;
 pub(crate) use gpu::scf_kernels;
-pub use queries::{Cost, Query, evaluate_segments};
 pub use segment::Segment;
 pub use smooth::Smooth;
 pub use start::Start;
+// For tests, the experiments and the Python package.
+#[doc(hidden)]
+pub use arc::Site;
+#[doc(hidden)]
+pub use queries::{Cost, Query, evaluate_segments};
+#[doc(hidden)]
 pub use tension::TensionSegment;

@@ -60,8 +60,7 @@ pub fn evaluate_segments(queries: &[Query], device: &Device) -> Result<Vec<Optio
     order.sort_by(|&i, &j| queries[i as usize].exponent.total_cmp(&queries[j as usize].exponent));
     let same = || order.chunk_by(|&i, &j| queries[i as usize].exponent == queries[j as usize].exponent);
     let curves: Vec<Universal> = same().map(|same| Universal::new(queries[same[0] as usize].exponent)).collect();
-    let none = Evaluation { cost: 0.0, gradient: [0.0; 2], hessian: [0.0; 3], exists: 0.0 };
-    let mut found = vec![none; queries.len()];
+    let mut found = vec![Evaluation::missing(); queries.len()];
     if let Some(gpu) = device.as_gpu() {
         let precision = device.kernel_precision(gpu, false)?;
         let of_same = |(number, same): (usize, &[u32])| -> Vec<(u32, [f64; 2])> {
@@ -73,8 +72,8 @@ pub fn evaluate_segments(queries: &[Query], device: &Device) -> Result<Vec<Optio
         let mut rest = &mut found[..];
         for (curve, same) in curves.iter().zip(same()) {
             let angles: Vec<[f64; 2]> = same.iter().map(|&i| queries[i as usize].angles).collect();
-            let (own, others) = rest.split_at_mut(same.len());
-            evaluate_all(curve, false, &angles, own);
+            let (part, others) = rest.split_at_mut(same.len());
+            evaluate_all(curve, false, &angles, part);
             rest = others;
         }
     }

@@ -3,20 +3,21 @@
 use std::sync;
 
 use super::arc::{Arc, Site};
+use super::curves::{Chain, ChainCurve};
 use super::universal::Universal;
 
 /// The curve of least ∫|κ|^ν ds between two points with given tangents: the segment of Alon and
 /// Bergmann.
 ///
-/// In the frame of its chord: from (0, 0) to (chord, 0), end tangents at the angles a and b from
-/// the chord. Its curvature is |κ|^ν = c cos ψ, ψ the angle of the tangent from a fixed direction,
-/// that of the force; so it is a piece of one universal curve per ν, with one inflection or none.
+/// In the frame of its chord it runs from (0, 0) to (chord, 0), with end tangents at the angles a
+/// and b from the chord. Its curvature is |κ|^ν = c cos ψ, ψ the angle of the tangent from the
+/// direction of a force. So it is a piece of one universal curve per ν, with at most one inflection.
 /// Costs and points are good to about 1e-13 relative.
 ///
-/// Not every pair of angles has a minimiser: where a − b is π or more, and for larger ν well
-/// before, curves grow ever larger and cheaper. What stands here is the cheapest of the stationary
-/// curves with one inflection at most, a local minimum; curves of two and more turn by π from one
-/// to the next, as no minimiser does.
+/// Not every pair of angles has a minimiser: if a − b is π or more, and for larger ν well
+/// before, curves grow ever larger and cheaper. A segment is the cheapest of the stationary
+/// curves with at most one inflection, a local minimum. Curves with more turn by π from one
+/// inflection to the next, as no minimiser does.
 ///
 /// Flat pieces: κ = 0 in single points only, for every ν; for ν > 2 the curvature has an infinite
 /// slope there.
@@ -94,13 +95,15 @@ impl Segment {
         self.curvatures().map(|curvature| curvature.signum() * curvature.abs().powf(self.curve.exponent - 1.0))
     }
 
-    /// The site at an arc length from the start; before the start and beyond the end those.
+    /// The site at an arc length from the start, clamped to the segment.
+    #[doc(hidden)]
     pub fn at(&self, arc_length: f64) -> Site {
         self.arc.at(&self.curve, (arc_length / self.length()).clamp(0.0, 1.0)).0
     }
 
-    /// The sites at which the tangent has an angle from the chord: none, one, or two where the
+    /// The sites at which the tangent has an angle from the chord: none, one, or two if the
     /// segment has an inflection.
+    #[doc(hidden)]
     pub fn at_angle(&self, angle: f64) -> Vec<Site> {
         self.arc.at_angle(angle).into_iter().map(|t| self.arc.site(&self.curve, t)).collect()
     }
@@ -131,7 +134,9 @@ impl Segment {
     /// Control points of cubic Béziers, G¹, within `tolerance` (units of the chord, > 0) of the
     /// segment: see [`Curve::beziers`](crate::Curve::beziers).
     pub fn beziers(&self, tolerance: f64) -> Vec<[[f64; 2]; 4]> {
-        let curve = super::curves::OneArc::new(self.arc, &self.curve);
+        let chain = Chain::one(self.arc, &self.curve);
+        let universal = std::slice::from_ref(&*self.curve);
+        let curve = ChainCurve { chain: &chain, universal, closed: false };
         let flat = |p: glam::DVec3| [p.x, p.y];
         crate::Curve::beziers(&curve, tolerance).into_iter().map(|piece| piece.map(flat)).collect()
     }

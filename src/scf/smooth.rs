@@ -2,14 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use super::arc::Arc;
-use super::curves::{Chain, Chains, Laid, Piece};
+use super::curves::{Chain, Chains};
 use super::dots::{Dots, Exponents};
-use super::shape::Kept;
-use super::slopes::{Ends, SlopesStanding, Until};
+use super::problem::{SlopesStanding, Until};
+use super::shape::{Kept, ShapeSearch, with_shape};
 use super::stages::{Found, Starts, search, search_on_cpu, search_on_device};
-use super::start::{Start, wrap};
-use super::tension::Near;
+use super::start::Start;
+use super::taut::search_under_tension;
 use super::workspace::Workspace;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::constraint::Constraint;
@@ -27,23 +26,20 @@ const TASK_SEGMENTS: usize = 1024;
 /// exactly.
 ///
 /// Between two points the curve is a [`Segment`](super::Segment), given by the directions at its
-/// ends; those directions are found by Newton's method, whose Hessian is tridiagonal. At the
-/// optimum the bending moment ν|κ|^{ν−1} sgn κ is continuous at every point, and so, where ν is the
-/// same on both sides, is the curvature; free ends of open curves have none. ν → 1 leads to
-/// polygons, ν → ∞ to circular arcs.
+/// ends. Newton's method finds these directions; its Hessian is tridiagonal. At the optimum the
+/// bending moment ν|κ|^{ν−1} sgn κ is continuous at every point, and so is the curvature if ν is the
+/// same on both sides. Free ends of open curves have none. ν → 1 leads to polygons, ν → ∞ to
+/// circular arcs.
 ///
 /// Tangents of the batch's [`Constraints`](crate::Constraints) are kept wherever they are given
 /// (their lengths mean nothing); exponents (column `nu`) replace ν on the span that starts at their
 /// point. Points repeated one after the other count once. Planar data only.
 ///
-/// The minimum found is a local one, near circular arcs through neighbouring points; not every
-/// curve has one: a closed triangle with ν ≤ 2, for example, grows without end unless it is near
-/// equilateral. With a [`tension`](Self::tension) every curve has. Its segments are those of
-/// [`TensionSegment::between`](super::TensionSegment::between), straight in the middle where ν > 2
-/// and the span is long. On a GPU the kernel follows every span from trial to trial, and the host, in f64,
-/// finds each at the start and at the end, and in between where it turns into one of another kind. The fit's report
-/// counts the curves that the kernel did not bring to an end: the CPU has searched those from the start, as in f32
-/// those of spans so unlike that their costs are beyond its range.
+/// The minimum found is a local one, near circular arcs through neighbouring points. Not every curve
+/// has one: a closed triangle with ν ≤ 2, for example, grows without end unless it is near
+/// equilateral. With a [`tension`](Self::tension) every curve has one. For ν > 2 its long spans are
+/// straight in the middle. Curves that the kernel of a GPU cannot finish are recomputed on the CPU
+/// and counted in the report. In f32 these include curves whose span costs exceed its range.
 ///
 /// Accuracy: costs to about 1e-12, points to 1e-13 of the chord, directions at the tolerance asked
 /// for.
@@ -60,58 +56,65 @@ const TASK_SEGMENTS: usize = 1024;
 /// ```
 ///
 /// Source: A. Alon and S. Bergmann, *Connecting points by smooth connection functions defines
-/// shapes in the smoothest possible way*; the solution by one root a segment and Newton's method on
-/// the slopes is faircurve's.
+/// shapes in the smoothest possible way*. The solution by one root per segment and Newton's method on
+/// the tangent angles is faircurve's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Smooth {
     /// ν > 1; 2 by default. Larger spreads the curvature more evenly.
     pub exponent: f64,
-    /// τ ≥ 0, without unit; 0, none, by default. Under a tension what is least is Σ∫(|κ|^ν + λ) ds,
-    /// with λ = (2(1 − 1/ν)τ/w)^ν, w the width that the data leave the curve in a span:
+    /// τ from 0 to 50, dimensionless; 0, no tension, by default. 1 keeps curves from loops for every
+    /// ν. Larger is tighter, and 50 is nearly the polygon.
+    ///
+    /// The fit minimises Σ∫(|κ|^ν + λ) ds with λ = (2(1 − 1/ν)τ/w)^ν in each span, w the width that
+    /// the data leave the curve there, as in [`tautness`](crate::discrete::tautness):
     ///
     /// ```text
     /// w = max(h′ (1 + cos θ)/2, h/10)
     /// ```
     ///
-    /// h is the span's chord, h′ the shortest of it and the chords beside it, θ the larger turn of the
-    /// data's polygon at its two ends; an open curve has no turn at its own ends. It is the width of
-    /// [`tautness`](crate::discrete::tautness). Every list of points has such a curve. 1 keeps curves
-    /// from loops, for ν = 2 as for 20; larger is tighter, up to 50, which is nearly the polygon. For
-    /// large ν the curve is little bent or as bent as w allows: straight pieces, and arcs of radius
-    /// some w/(2τ).
+    /// h is the chord of the span, h′ the shortest of it and its neighbours, θ the larger turn of the
+    /// data polygon at its two ends. For large ν the curve consists of nearly straight pieces and
+    /// arcs of radius about w/(2τ).
     pub tension: f64,
-    /// Whether curves turn only to the side to which their points turn; no by default.
+    /// Whether curves turn only to the side to which their points turn; no by default. Not with a
+    /// tension.
     ///
-    /// A span between two points that turn to one side has curvature of that sign or none, and so has that between an end and
-    /// such a neighbour. At a point between turns to different sides the curvature has the sign of the turn at the point.
-    /// Points in a line, of a turn below 1e-9, are joined by straight segments. Where two lines of points meet at an angle no
-    /// curve keeps both. A curve that keeps this by itself stays as it is, in every bit; the others
-    /// become, on every device by the CPU in f64, the curves of least Σ∫|κ|^ν ds that keep it, to about 1e-9 of the energy.
-    /// Where a side holds an end of a span, the curvature there is 0 up to rounding of angles, and curvature jumps at both
-    /// points of the span; `LimitReport::active` counts these ends.
-    /// Between two ends of one side neither angle to the chord exceeds the other by more than 1/q = ν/(ν − 1) times, if they
-    /// are small: neighbouring turns may be too unlike for that, and for ν → ∞ they always are.
-    /// Such curves are `infeasible`. Not under a tension.
+    /// A span between two points that turn to one side has curvature of that sign or none, and so has
+    /// a span between an end and such a neighbour. At a point between turns to different sides the
+    /// curvature has the sign of the turn at the point. Points in a line, of a turn below 1e-9, are
+    /// joined by straight segments. If two lines of points meet at an angle no curve keeps both.
+    ///
+    /// A curve that keeps its shape by itself is not changed. The others become, on every device by
+    /// the CPU in f64, the curves of least Σ∫|κ|^ν ds that keep it, to about 1e-9 of the energy. If a
+    /// side holds an end of a span, the curvature there is 0 up to rounding of angles, and it jumps at
+    /// both points of the span; `LimitReport::active` counts these ends.
+    ///
+    /// Between two ends of one side neither small angle to the chord exceeds the other by a factor of
+    /// more than ν/(ν − 1). If neighbouring turns are too unlike for that, as they always are for
+    /// ν → ∞, the curve is `infeasible`.
     pub shape: bool,
-    /// Where the search starts: at circles through neighbouring points by default. Where a segment
-    /// has no minimiser there, the other starts, and exponents nearer to 2, are tried by
-    /// themselves.
+    /// Where the search starts: at circles through neighbouring points by default. If a segment has
+    /// no minimiser there, the other starts and exponents nearer to 2 are tried.
     pub start: Start,
-    /// Searches a curve, the first from [`start`](Self::start), the others from random directions
-    /// near it; the cheapest curve is kept. 1 by default.
+    /// Searches per curve; 1 by default. The first is from [`start`](Self::start), the others from
+    /// random directions near it, and the cheapest curve is kept.
     pub starts: u32,
     /// Seed of the random directions; 0 by default. Same seed, same curves.
     pub seed: u64,
-    /// √(gᵀH⁻¹g/cost), the relative Newton decrement, at which a curve has converged: its cost is
-    /// then good to half its square. Smaller is stricter; 1e-10 by default, in f32 32 ε at least.
+    /// √(gᵀH⁻¹g/cost), the relative Newton decrement, at which a curve has converged; 1e-10 by
+    /// default, in f32 32 ε at least. Its cost is then good to half the square.
     pub tolerance: f64,
     /// Iterations at most; 200 by default.
     pub max_iterations: u32,
 }
 
-/// Of a segment under tension that is not found.
+/// What is said of a segment under tension that is not found.
 const BEYOND: &str = "from this point to the next the curve under tension is beyond the digits of f64 where the search \
                       leads: the curve is the best one reached; give another tension or another start";
+
+/// What helps where a segment has no minimiser.
+const REMEDY: &str =
+    "give a tension (`Smooth::tension`), add points where it turns, fix a tangent, or choose an exponent nearer to 1";
 
 /// Searches a curve: what a thousand random starts do not find, no more of them will, and ten
 /// thousand are a bound that arithmetic keeps.
@@ -139,12 +142,12 @@ impl Default for Smooth {
 impl Smooth {
     /// Fits every curve of the batch.
     ///
-    /// Statuses: `converged`; `no_minimiser` where segments that lead to lower costs have none, or
-    /// the start has none (the curve is the best one reached, or the input polyline);
-    /// `not_converged`; `infeasible` where no curve is found that keeps its shape, which comes out as without
-    /// [`shape`](Self::shape); `degenerate` and `invalid`, whose curves come out as they came in. The
-    /// energy is Σ∫|κ|^ν ds in units of the input, under tension Σ∫(|κ|^ν + λ) ds, the parameter the arc
-    /// length.
+    /// Statuses: `converged`; `no_minimiser` if segments that lead to lower costs have none, or the
+    /// start has none (the curve is the best one reached, or the input polyline); `not_converged`;
+    /// `infeasible` if no curve is found that keeps its shape (the curve is fitted without
+    /// [`shape`](Self::shape)); `degenerate` and `invalid`, whose curves come out as they came in.
+    /// The energy is Σ∫|κ|^ν ds in units of the input, under tension Σ∫(|κ|^ν + λ) ds, the parameter
+    /// the arc length.
     ///
     /// # Errors
     /// Points with three coordinates; an exponent, a tension, a tolerance or a number of starts that makes no
@@ -158,7 +161,8 @@ impl Smooth {
         let found = self.search(&ready, &exponents, device)?;
         let mut report = device.report(true)?;
         let found: Vec<Kept> = if self.shape {
-            self.keep_shapes(&ready, &exponents, found, report.is_gpu)
+            let (starts, until) = (self.where_to_start(), self.until());
+            ShapeSearch { starts, until, exponents: &exponents, is_gpu: report.is_gpu }.mend_all(&ready, found)
         } else {
             found.into_iter().map(|(found, chain)| (found, chain, None)).collect()
         };
@@ -172,7 +176,7 @@ impl Smooth {
                 Ok(dots) => {
                     let (found, chain, shaped) = found.next().expect("what is ready is searched");
                     let fitted = self.report(batch, i, dots, &found, chain);
-                    fitted.map(|(report, chain)| (report.shaped(shaped, batch, i, dots), chain))
+                    fitted.map(|(report, chain)| (with_shape(report, shaped, batch, i, dots), chain))
                 }
                 Err(problem) => Err(problem.clone()),
             };
@@ -198,7 +202,7 @@ impl Smooth {
     /// Fits every curve and samples it.
     ///
     /// # Errors
-    /// As [`fit`](Self::fit); those of [`Sampling::check`].
+    /// As [`fit`](Self::fit) and [`Sampling::check`].
     pub fn fit_sampled(&self, batch: &CurveBatch, sampling: Sampling, device: &Device) -> Result<(Fit, CurveBatch)> {
         sampling.check(batch)?;
         let fit = self.fit(batch, device)?;
@@ -249,44 +253,49 @@ impl Smooth {
         Starts { first: self.start, count: self.starts, seed: self.seed }
     }
 
-    /// Finds the slopes of all curves, and lays their segments.
+    fn until(&self) -> Until {
+        Until { tolerance: self.tolerance, iterations: self.max_iterations }
+    }
+
+    /// Finds the tangent angles of all curves, and lays their segments.
     fn search(&self, dots: &[&Dots], exponents: &Exponents, device: &Device) -> Result<Vec<(Found, Option<Chain>)>> {
-        let until = Until { tolerance: self.tolerance, iterations: self.max_iterations };
+        let (starts, until) = (self.where_to_start(), self.until());
         let lay = |(found, dots): (Found, &&Dots)| {
-            let chain = found.directions.as_ref().and_then(|directions| dots.lay(directions, exponents, &found.known));
+            let chain =
+                found.directions.as_ref().and_then(|directions| Chain::lay(dots, directions, exponents, &found.known));
             (found, chain)
         };
         if self.tension > 0.0 {
-            return self.search_under_tension(dots, exponents, device, &until, lay);
+            return search_under_tension(&starts, dots, exponents, device, &until, lay);
         }
         if let Some(gpu) = device.as_gpu() {
             let precision = device.kernel_precision(gpu, true)?;
-            let found = search(&self.where_to_start(), dots, exponents, &mut |dots, exponents, directions| {
+            let found = search(&starts, dots, exponents, &mut |dots, exponents, directions| {
                 search_on_device(gpu, precision, dots, exponents, directions, &until)
             })?;
             // What f32 found of directions is laid, and costs, in f64.
             let priced = |(mut found, chain): (Found, Option<Chain>)| {
                 if let Some(chain) = &chain {
-                    found.cost = chain.cost(exponents);
+                    found.cost = chain.cost(&exponents.universal);
                 }
                 (found, chain)
             };
             device.finished(dots.len());
-            return Ok(parallel::of(found.into_iter().zip(dots), |own| priced(lay(own))));
+            return Ok(parallel::of(found.into_iter().zip(dots), |(found, dots)| priced(lay((found, dots)))));
         }
         let total: usize = dots.iter().map(|dots| dots.chords.lengths.len()).sum();
         let per_curve = (total / dots.len().max(1)).max(1);
         let chunk = (TASK_SEGMENTS / per_curve).max(1);
         let of_chunk = |chunk: &[&Dots]| -> Result<Vec<(Found, Option<Chain>)>> {
             let mut workspace = Workspace::new(exponents.universal.len());
-            let found = search(&self.where_to_start(), chunk, exponents, &mut |dots, exponents, directions| {
+            let found = search(&starts, chunk, exponents, &mut |dots, exponents, directions| {
                 Ok(search_on_cpu(dots, exponents, directions, &until, &mut workspace))
             })?;
             device.finished(chunk.len());
             Ok(found.into_iter().zip(chunk).map(lay).collect())
         };
-        let all: Vec<Vec<_>> = parallel::of(dots.chunks(chunk), of_chunk).into_iter().collect::<Result<_>>()?;
-        Ok(all.into_iter().flatten().collect())
+        let chunks: Vec<Vec<_>> = parallel::of(dots.chunks(chunk), of_chunk).into_iter().collect::<Result<_>>()?;
+        Ok(chunks.into_iter().flatten().collect())
     }
 
     fn report(
@@ -297,132 +306,53 @@ impl Smooth {
         found: &Found,
         chain: Option<Chain>,
     ) -> Result<(CurveReport, Chain), Unfitted> {
-        let iterations = found.iterations;
-        let say = |k: usize, what: String| batch.sentence(i, k, &what);
-        const REMEDY: &str = "give a tension (`Smooth::tension`), add points where it turns, fix a tangent, or choose an exponent nearer to 1";
+        let (iterations, is_under_tension) = (found.iterations, self.tension > 0.0);
+        let culprit = dots.entries[found.culprit.unwrap_or(0)];
         let Some(chain) = chain else {
-            if self.tension > 0.0 {
-                let k = dots.entries[found.culprit.unwrap_or(0)];
-                return Err(Unfitted { status: CurveStatus::NotConverged, message: say(k, BEYOND.into()) });
-            }
-            let k = dots.entries[found.culprit.unwrap_or(0)];
-            let what = format!(
-                "from this point to the next there is no curve of least ∫|κ|^ν, from any start tried: it would turn too far, and larger loops are \
-                 always cheaper; {REMEDY}"
-            );
-            return Err(Unfitted { status: CurveStatus::NoMinimiser, message: say(k, what) });
-        };
-        let (status, message) = match found.standing {
-            SlopesStanding::Converged => (CurveStatus::Converged, None),
-            SlopesStanding::Unattained | SlopesStanding::Nowhere if self.tension > 0.0 => {
-                (CurveStatus::NotConverged, Some(say(dots.entries[found.culprit.unwrap_or(0)], BEYOND.into())))
-            }
-            SlopesStanding::Unattained | SlopesStanding::Nowhere => (
-                CurveStatus::NoMinimiser,
-                Some(say(
-                    dots.entries[found.culprit.unwrap_or(0)],
-                    format!(
-                        "after {iterations} iterations cheaper curves have a segment without minimiser, that from this point to the next, which \
-                         turns too far: the curve is the best one reached; {REMEDY}"
-                    ),
-                )),
-            ),
-            SlopesStanding::Stalled => (
-                CurveStatus::NotConverged,
-                Some(say(
-                    0,
-                    format!(
-                        "after {iterations} iterations no step leads further down, with a decrement of {:.1e} where {:.1e} was asked for: the curve is \
-                         the best one reached; ask for a larger tolerance",
-                        found.decrement, self.tolerance
-                    ),
-                )),
-            ),
-            SlopesStanding::Running => (
-                CurveStatus::NotConverged,
-                Some(say(
-                    0,
-                    "the device was lost before the curve was fitted: its directions are those it started from".into(),
-                )),
-            ),
-            SlopesStanding::Exhausted => (
-                CurveStatus::NotConverged,
-                Some(say(
-                    0,
-                    format!(
-                        "{iterations} iterations were not enough, with a decrement of {:.1e} where {:.1e} was asked for: allow more",
-                        found.decrement, self.tolerance
-                    ),
-                )),
-            ),
-        };
-        let report = CurveReport {
-            status,
-            message,
-            energy: found.cost,
-            iterations,
-            gradient_norm: found.decrement,
-            smoothing: None,
-            gain: None,
-            loops: None,
-            limits: None,
-            max_deviation: 0.0,
-        };
-        Ok((report, chain))
-    }
-}
-
-impl Chain {
-    /// Σ∫|κ|^ν ds, under tension Σ∫(|κ|^ν + λ) ds
-    fn cost(&self, exponents: &Exponents) -> f64 {
-        self.segments.iter().map(|laid| laid.cost(&exponents.universal)).sum()
-    }
-}
-
-impl Dots {
-    /// The segments between dots of the given directions (NaN where free), near those known; `None` where one has no
-    /// minimiser.
-    pub(super) fn lay(&self, directions: &[f64], exponents: &Exponents, known: &[Near]) -> Option<Chain> {
-        let n = directions.len();
-        let taut = if exponents.tension > 0.0 { self.tension_spans(directions, exponents) } else { Vec::new() };
-        let mut segments = Vec::with_capacity(self.spans.len());
-        let mut knots = Vec::with_capacity(self.spans.len() + 1);
-        knots.push(0.0);
-        let mut length = 0.0;
-        let mut dot = 0;
-        for &start in &self.spans {
-            let Some(point) = start else {
-                // Between repeated points.
-                let start = self.points[dot % n];
-                segments.push(Laid { arc: Piece::Arc(Arc::straight(0.0)), start, chord: [0.0; 2], curve: 0 });
-                knots.push(length);
-                continue;
-            };
-            debug_assert_eq!(point, dot);
-            let next = (dot + 1) % n;
-            let (number, chord) = (self.curves[dot], self.chords.lengths[dot]);
-            let curve = &exponents.universal[number as usize];
-            let angle = |dot: usize, direction: f64| wrap(direction - self.chords.directions[dot]);
-            let (a, b) = (angle(dot, directions[dot]), angle(dot, directions[next]));
-            let arc = if let Some(span) = taut.get(dot) {
-                let [a, b] = [a, b].map(|angle| if angle.is_nan() { 0.0 } else { angle });
-                let near = known.get(dot).copied().unwrap_or_default();
-                Piece::Taut(Box::new(span.segment_near(&exponents.laws[number as usize], [a, b], &near)?.tabulated()))
+            let (status, what) = if is_under_tension {
+                (CurveStatus::NotConverged, BEYOND.into())
             } else {
-                Piece::Arc(match Ends::between(directions[dot], directions[next]) {
-                    Ends::Directed => Arc::cheapest(curve, chord, [a, b])?,
-                    Ends::FreeStart => Arc::free(curve, chord, b)?,
-                    Ends::FreeEnd => Arc::free(curve, chord, -a)?.reversed(),
-                    Ends::Straight => Arc::straight(chord),
-                })
+                let what = format!(
+                    "from this point to the next there is no curve of least ∫|κ|^ν, from any start tried: it would turn too far, and larger \
+                     loops are always cheaper; {REMEDY}"
+                );
+                (CurveStatus::NoMinimiser, what)
             };
-            let ([x, y], [u, v]) = (self.points[dot], self.points[next]);
-            let laid = Laid { arc, start: [x, y], chord: [u - x, v - y], curve: u32::from(number) };
-            length += laid.length(&exponents.universal);
-            knots.push(length);
-            segments.push(laid);
-            dot += 1;
-        }
-        Some(Chain { segments, knots })
+            return Err(Unfitted { status, message: batch.sentence(i, culprit, &what) });
+        };
+        let decrements =
+            format!("with a decrement of {:.1e} where {:.1e} was asked for", found.decrement, self.tolerance);
+        let (status, point, what) = match found.standing {
+            SlopesStanding::Converged => (CurveStatus::Converged, 0, None),
+            SlopesStanding::Unattained | SlopesStanding::Nowhere if is_under_tension => {
+                (CurveStatus::NotConverged, culprit, Some(BEYOND.into()))
+            }
+            SlopesStanding::Unattained | SlopesStanding::Nowhere => {
+                let what = format!(
+                    "after {iterations} iterations cheaper curves have a segment without minimiser, that from this point to the next, which \
+                     turns too far: the curve is the best one reached; {REMEDY}"
+                );
+                (CurveStatus::NoMinimiser, culprit, Some(what))
+            }
+            SlopesStanding::Stalled => {
+                let what = format!(
+                    "after {iterations} iterations no step leads further down, {decrements}: the curve is the best one reached; ask for a \
+                     larger tolerance"
+                );
+                (CurveStatus::NotConverged, 0, Some(what))
+            }
+            SlopesStanding::Running => {
+                let what = "the device was lost before the curve was fitted: its directions are those it started from";
+                (CurveStatus::NotConverged, 0, Some(what.into()))
+            }
+            SlopesStanding::Exhausted => {
+                let what = format!("{iterations} iterations were not enough, {decrements}: allow more");
+                (CurveStatus::NotConverged, 0, Some(what))
+            }
+        };
+        let message = what.map(|what: String| batch.sentence(i, point, &what));
+        let gradient_norm = found.decrement;
+        let report = CurveReport { status, message, iterations, gradient_norm, ..CurveReport::solved(found.cost) };
+        Ok((report, chain))
     }
 }

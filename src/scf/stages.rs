@@ -4,10 +4,12 @@ use rand::rngs::ChaCha12Rng;
 use rand::{RngExt, SeedableRng};
 
 use super::dots::{Dots, Exponents};
-use super::gpu::search_on_gpu;
-use super::slopes::{Outcome, Search, SlopesProblem, SlopesStanding, Until};
+use super::family::{Family, SlopesSearch};
+use super::gpu::search::search_on_gpu;
+use super::problem::{Outcome, SlopesProblem, SlopesStanding, Until};
 use super::start::Start;
 use super::tension::Near;
+use super::universal::Universal;
 use super::workspace::Workspace;
 use crate::error::Result;
 use crate::gpu::Gpu;
@@ -80,9 +82,9 @@ pub(crate) fn search(
         let given: Vec<&Dots> = which.iter().map(|&i| dots[i]).collect();
         search_from(&given, exponents, directions)
     };
-    let all: Vec<usize> = (0..dots.len()).collect();
+    let every: Vec<usize> = (0..dots.len()).collect();
     let from = |which: &[usize], start: Start| which.iter().map(|&i| dots[i].directions(start)).collect::<Vec<_>>();
-    let mut found = run(&all, exponents, from(&all, starts.first))?;
+    let mut found = run(&every, exponents, from(&every, starts.first))?;
     let failed = |found: &[Found]| {
         let failed = |&i: &usize| {
             found[i].standing != SlopesStanding::Converged && found[i].standing != SlopesStanding::Exhausted
@@ -127,8 +129,8 @@ pub(crate) fn search(
             }
             directions
         };
-        let again = run(&all, exponents, all.iter().map(random).collect())?;
-        merge(&mut found, &all, again);
+        let again = run(&every, exponents, every.iter().map(random).collect())?;
+        merge(&mut found, &every, again);
     }
     Ok(found)
 }
@@ -139,26 +141,22 @@ fn merge(found: &mut [Found], which: &[usize], again: Vec<Found>) {
     }
 }
 
-/// One search a curve on the CPU, from given directions, all side by side.
+/// One search per curve on the CPU from given directions, all side by side.
 pub(crate) fn search_on_cpu(
     dots: &[&Dots],
     exponents: &Exponents,
     directions: Vec<Vec<f64>>,
     until: &Until,
-    workspace: &mut Workspace<f64>,
+    workspace: &mut Workspace,
 ) -> Vec<Found> {
     let (problems, scales) = problems(dots, exponents, &directions);
-    let mut searches: Vec<Search<f64>> =
-        problems.into_iter().map(|(problem, turns)| Search::new(problem, turns)).collect();
-    workspace.run(&exponents.universal, &mut searches, until);
-    let outcomes = searches.into_iter().map(Outcome::from);
-    outcomes.zip(scales).zip(directions).map(|((outcome, scale), from)| Found::of(outcome, scale, from)).collect()
+    all_found(workspace.search(&exponents.universal, problems, until), &scales, directions)
 }
 
-/// One search a curve on a GPU, from given directions.
+/// One search per curve on a GPU from given directions.
 ///
 /// # Errors
-/// As [`search_on_gpu`].
+/// As [`search_plain_on_gpu`].
 pub(crate) fn search_on_device(
     gpu: &Gpu,
     precision: Precision,
@@ -168,27 +166,64 @@ pub(crate) fn search_on_device(
     until: &Until,
 ) -> Result<Vec<Found>> {
     let (problems, scales) = problems(dots, exponents, &directions);
-    let outcomes = search_on_gpu(gpu, precision, &exponents.universal, problems, until)?.into_iter();
-    Ok(outcomes.zip(scales).zip(directions).map(|((outcome, scale), from)| Found::of(outcome, scale, from)).collect())
+    let outcomes = search_plain_on_gpu(gpu, precision, &exponents.universal, problems, until)?;
+    Ok(all_found(outcomes, &scales, directions))
 }
 
-/// Problems with no turns yet, and the logarithms of what their costs are divided by.
-#[allow(clippy::type_complexity)]
+/// Searches for the tangent angles of curves of plain segments on a GPU.
+///
+/// The CPU searches, in f64, the curves that the kernel cannot hold, and again from the start those that do not converge in f32.
+///
+/// # Errors
+/// As [`search_on_gpu`].
+pub(super) fn search_plain_on_gpu(
+    gpu: &Gpu,
+    precision: Precision,
+    curves: &[Universal],
+    problems: Vec<SlopesProblem>,
+    until: &Until,
+) -> Result<Vec<Outcome>> {
+    let searches: Vec<SlopesSearch> = problems.into_iter().map(SlopesSearch::plain).collect();
+    let given: Vec<&SlopesSearch> = searches.iter().collect();
+    let (mut outcomes, _) = search_on_gpu(gpu, precision, Family::Plain(curves), &given, until)?;
+    let mut left = Vec::new();
+    for (outcome, search) in outcomes.iter_mut().zip(&searches) {
+        let is_ended = |outcome: &Outcome| {
+            precision == Precision::F64
+                || [SlopesStanding::Converged, SlopesStanding::Running].contains(&outcome.standing)
+        };
+        if !outcome.as_ref().is_some_and(is_ended) {
+            *outcome = None;
+            left.push(search.problem.clone());
+        }
+    }
+    let mut on_cpu = Workspace::new(curves.len()).search(curves, left, until).into_iter();
+    Ok(outcomes.into_iter().map(|outcome| outcome.or_else(|| on_cpu.next()).expect("one per curve left")).collect())
+}
+
+/// The problems of curves, and the logarithms of what their costs are divided by.
 pub(super) fn problems(
     dots: &[&Dots],
     exponents: &Exponents,
     directions: &[Vec<f64>],
-) -> (Vec<(SlopesProblem<f64>, Vec<f64>)>, Vec<f64>) {
-    let one = |(dots, directions): (&&Dots, &Vec<f64>)| {
-        let (problem, scale) = dots.problem(directions, exponents);
-        ((problem, vec![0.0; directions.len()]), scale)
-    };
-    dots.iter().zip(directions).map(one).unzip()
+) -> (Vec<SlopesProblem>, Vec<f64>) {
+    dots.iter().zip(directions).map(|(dots, directions)| dots.problem(directions, exponents)).unzip()
+}
+
+fn all_found(outcomes: Vec<Outcome>, scales: &[f64], directions: Vec<Vec<f64>>) -> Vec<Found> {
+    let mut found = Vec::with_capacity(outcomes.len());
+    for (k, (outcome, directions)) in outcomes.into_iter().zip(directions).enumerate() {
+        found.push(Found::of(outcome, scales[k], directions));
+    }
+    found
 }
 
 impl Found {
+    /// What an outcome is of curves with these reference directions and this logarithm of the unit of costs.
     pub(super) fn of(outcome: Outcome, scale: f64, mut directions: Vec<f64>) -> Self {
-        directions.iter_mut().zip(&outcome.turns).for_each(|(direction, turn)| *direction += turn);
+        for (direction, turn) in directions.iter_mut().zip(&outcome.turns) {
+            *direction += turn;
+        }
         Found {
             directions: (outcome.standing != SlopesStanding::Nowhere).then_some(directions),
             cost: outcome.cost * scale.exp(),

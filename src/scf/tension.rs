@@ -24,7 +24,7 @@
 //!
 //! # Which curve is returned
 //!
-//! The turning b − a is that of the angles as given, in [−π, π] each, so that a segment may turn by
+//! The turning is b − a with the angles as given, in [−π, π] each, so that a segment may turn by
 //! up to a full turn. Among curves that turn one way only, the problem is convex in ρ(θ), so the
 //! stationary one, if there is one, is the cheapest; [`between`](TensionSegment::between) returns
 //! it. If there is none, the best of them would like to be straight at an end, and turning beyond
@@ -134,7 +134,7 @@ impl Frame {
         Some(Self::of(chord, angles, Law::new(exponent, scaled)))
     }
 
-    /// Of what is in its domain, the law's tension that of a chord of 1.
+    /// The frame of input that is in its domain, with the law's tension on a chord of 1.
     fn of(chord: f64, angles: [f64; 2], law: Law) -> Self {
         let mirror = if angles[0] + angles[1] > 0.0 { -1.0 } else { 1.0 };
         Self { chord, mirror, angles: angles.map(|angle| mirror * angle), law }
@@ -149,7 +149,7 @@ impl Frame {
     fn solved(&self) -> Option<TensionSegment> {
         let solver = self.solver();
         let found = solver.solve().and_then(|shape| self.segment(shape));
-        // Angles that have no digits beside each other leave the roots no brackets.
+        // Angles of very different sizes leave the roots no brackets.
         found.or_else(|| self.segment(solver.nearly_straight()?))
     }
 
@@ -176,23 +176,18 @@ impl TensionSegment {
     /// The segment over a chord of `chord_length` whose end tangents are at `angles` from the
     /// chord, in radians, left positive, for ν = `exponent` and λ = `tension`.
     ///
-    /// `None` for input outside its domain: a chord that is not positive, angles outside [−π, π], ν
-    /// ≤ 1, λ ≤ 0 (a segment without tension is another's work, since it may have no minimiser), or
-    /// anything not finite. `None` as well where the roots are beyond f64: λ·chord^ν under- or
-    /// overflows, or the middle of a segment with ν ≤ 2 (or just above) is straighter than 1e−300,
-    /// for ν = 2 from about chord·√λ = 700 on. Of 20,000 random segments (ν in 1.2 … 20, λ·chord^ν
-    /// in 1e−3 … 1e3) two have no solution, both weak tensions with ν < 1.35, where an end lies so
-    /// near an inflection that its angle in f64 does not tell how near. A few symmetric pairs (a,
-    /// a) of large angles have none either, for ν ≤ 1.5 and λ·chord^ν ≤ 1e−3, such as 150° for ν =
-    /// 1.2.
+    /// `None` for input outside its domain: a chord that is not positive, angles outside [−π, π], ν ≤ 1, λ ≤ 0, or
+    /// anything not finite. Also `None` if the roots are beyond f64: λ·chord^ν under- or overflows, or the middle of a
+    /// segment with ν ≤ 2 is straighter than 1e−300, for ν = 2 from about chord·√λ = 700 on. Of 20,000 random segments
+    /// (ν in 1.2 … 20, λ·chord^ν in 1e−3 … 1e3) two have no solution, both weak tensions with ν < 1.35. A few symmetric
+    /// pairs (a, a) of large angles have none either, for ν ≤ 1.5 and λ·chord^ν ≤ 1e−3.
     pub fn between(chord_length: f64, angles: [f64; 2], exponent: f64, tension: f64) -> Option<Self> {
         Frame::new(chord_length, angles, exponent, tension)?.solved()
     }
 
-    /// The stationary segments that are known, the cheapest first: that of
-    /// [`between`](Self::between), and the large loop with an inflection beyond either end where
-    /// there is one, which is the cheaper one under a weak tension. Empty where `between` is
-    /// `None`.
+    /// The stationary segments that are known, the cheapest first: the segment of
+    /// [`between`](Self::between), and the large loop with an inflection beyond either end if there is
+    /// one, which is cheaper under a weak tension. Empty if `between` is `None`.
     pub fn all_between(chord_length: f64, angles: [f64; 2], exponent: f64, tension: f64) -> Vec<Self> {
         let Some(frame) = Frame::new(chord_length, angles, exponent, tension) else { return Vec::new() };
         let mut segments: Vec<Self> =

@@ -79,6 +79,12 @@ impl Universal {
         }
     }
 
+    /// The numbers of a block of `universal.wgsl`.
+    pub fn packed(&self) -> Vec<f64> {
+        let powers = [self.exponent, self.q, 1.0 / self.q, self.half];
+        [&powers[..], &self.moment, &self.along, &self.differences].concat()
+    }
+
     /// t^q
     #[inline(always)]
     pub fn power<S: Scalar>(&self, t: S) -> S {

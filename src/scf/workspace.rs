@@ -1,10 +1,11 @@
 //! Segments of many curves side by side in vector lanes, whichever curve they belong to, and
-//! searches that advance by them.
+//! searches that advance by them: all curves of a chunk together, one trial per tick.
 
 use super::evaluation::{Directed, Evaluation, FreeStart};
-use super::slopes::{Ends, Search, SlopesStanding, Until};
+use super::problem::{Ends, Outcome, SlopesProblem, SlopesStanding, Until};
+use super::slopes::Search;
 use super::universal::Universal;
-use crate::linalg::{Lanes, Real, Scalar, has_wide_registers};
+use crate::linalg::{Lanes, Scalar, has_wide_registers};
 use crate::parallel;
 
 /// Segments a task evaluates at least: fewer are done sooner than handed over.
@@ -12,25 +13,25 @@ const TASK: usize = 4096;
 
 /// Angles to be evaluated, all of one universal curve and one kind, and where the results belong.
 #[derive(Default)]
-struct Group<T> {
-    angles: Vec<[T; 2]>,
+struct Group {
+    angles: Vec<[f64; 2]>,
     places: Vec<u32>,
-    found: Vec<Evaluation<T>>,
+    found: Vec<Evaluation<f64>>,
 }
 
 /// Room for the evaluations of a chunk's segments.
-pub(crate) struct Workspace<T> {
+pub(crate) struct Workspace {
     /// Two groups for every universal curve: directed at both ends, and free at the start.
-    groups: Vec<[Group<T>; 2]>,
-    found: Vec<Evaluation<T>>,
+    groups: Vec<[Group; 2]>,
+    found: Vec<Evaluation<f64>>,
 }
 
 /// Evaluates as many segments side by side as S has lanes.
-fn evaluate_in_lanes<S: Scalar>(
+fn evaluate_in_lanes<S: Scalar<Number = f64>>(
     curve: &Universal,
     free: bool,
-    angles: &[[S::Number; 2]],
-    found: &mut [Evaluation<S::Number>],
+    angles: &[[f64; 2]],
+    found: &mut [Evaluation<f64>],
 ) {
     for (angles, found) in angles.chunks(S::LANES).zip(found.chunks_mut(S::LANES)) {
         let mut ends = [S::ZERO; 2];
@@ -40,13 +41,13 @@ fn evaluate_in_lanes<S: Scalar>(
                 end.set_lane(lane, angle);
             }
         }
-        let all = if free { S::run(FreeStart(curve, ends[1])) } else { S::run(Directed(curve, ends)) };
+        let lanes = if free { S::run(FreeStart(curve, ends[1])) } else { S::run(Directed(curve, ends)) };
         for (lane, found) in found.iter_mut().enumerate() {
             *found = Evaluation {
-                cost: all.cost.lane(lane),
-                gradient: all.gradient.map(|x| x.lane(lane)),
-                hessian: all.hessian.map(|x| x.lane(lane)),
-                exists: all.exists.lane(lane),
+                cost: lanes.cost.lane(lane),
+                gradient: lanes.gradient.map(|x| x.lane(lane)),
+                hessian: lanes.hessian.map(|x| x.lane(lane)),
+                exists: lanes.exists.lane(lane),
             };
         }
     }
@@ -54,17 +55,12 @@ fn evaluate_in_lanes<S: Scalar>(
 
 /// Evaluates segments of unit chord with the given end angles, of one universal curve, on all
 /// threads.
-pub(crate) fn evaluate_all<T: Real + Scalar<Number = T>>(
-    curve: &Universal,
-    free: bool,
-    angles: &[[T; 2]],
-    found: &mut [Evaluation<T>],
-) {
-    let part = |(angles, found): (&[[T; 2]], &mut [Evaluation<T>])| {
+pub(crate) fn evaluate_all(curve: &Universal, free: bool, angles: &[[f64; 2]], found: &mut [Evaluation<f64>]) {
+    let part = |(angles, found): (&[[f64; 2]], &mut [Evaluation<f64>])| {
         if has_wide_registers() {
-            evaluate_in_lanes::<Lanes<T, 4>>(curve, free, angles, found);
+            evaluate_in_lanes::<Lanes<f64, 4>>(curve, free, angles, found);
         } else {
-            evaluate_in_lanes::<T>(curve, free, angles, found);
+            evaluate_in_lanes::<f64>(curve, free, angles, found);
         }
     };
     if angles.len() <= TASK {
@@ -73,16 +69,14 @@ pub(crate) fn evaluate_all<T: Real + Scalar<Number = T>>(
     parallel::of(angles.chunks(TASK).zip(found.chunks_mut(TASK)), part);
 }
 
-impl<T: Real + Scalar<Number = T>> Workspace<T> {
+impl Workspace {
     pub fn new(curves: usize) -> Self {
-        let group = || Group { angles: Vec::new(), places: Vec::new(), found: Vec::new() };
-        Workspace { groups: (0..curves).map(|_| [group(), group()]).collect(), found: Vec::new() }
+        Workspace { groups: (0..curves).map(|_| Default::default()).collect(), found: Vec::new() }
     }
 
     /// Evaluates the trials of all running searches.
-    fn evaluate(&mut self, curves: &[Universal], searches: &[Search<T>]) {
-        let nothing = T::of(0.0);
-        let none = Evaluation { cost: nothing, gradient: [nothing; 2], hessian: [nothing; 3], exists: T::of(1.0) };
+    fn evaluate(&mut self, curves: &[Universal], searches: &[Search]) {
+        let none = Evaluation::straight();
         for group in self.groups.iter_mut().flatten() {
             group.angles.clear();
             group.places.clear();
@@ -91,12 +85,12 @@ impl<T: Real + Scalar<Number = T>> Workspace<T> {
         for search in searches.iter().filter(|search| search.standing == SlopesStanding::Running) {
             let problem = &search.problem;
             for (k, span) in problem.spans.iter().enumerate() {
-                let [a, b] = [span.angles[0] + search.trial[k], span.angles[1] + search.trial[problem.after(k)]];
+                let [a, b] = problem.angles(k, &search.trial);
                 let (kind, angles) = match span.ends {
                     Ends::Directed => (0, [a, b]),
-                    Ends::FreeStart => (1, [nothing, b]),
+                    Ends::FreeStart => (1, [0.0, b]),
                     // From the other end, and mirrored.
-                    Ends::FreeEnd => (1, [nothing, -a]),
+                    Ends::FreeEnd => (1, [0.0, -a]),
                     Ends::Straight => {
                         self.found.push(none);
                         continue;
@@ -122,30 +116,30 @@ impl<T: Real + Scalar<Number = T>> Workspace<T> {
         for search in searches.iter().filter(|search| search.standing == SlopesStanding::Running) {
             for span in &search.problem.spans {
                 if span.ends == Ends::FreeEnd {
-                    let found = &mut self.found[place];
-                    found.gradient = [-found.gradient[1], nothing];
-                    found.hessian = [found.hessian[2], nothing, nothing];
+                    self.found[place] = self.found[place].reversed();
                 }
                 place += 1;
             }
         }
     }
 
-    /// One trial of every running search.
-    pub fn tick(&mut self, curves: &[Universal], searches: &mut [Search<T>], until: &Until) {
-        self.evaluate(curves, searches);
-        let mut place = 0;
-        for search in searches.iter_mut().filter(|search| search.standing == SlopesStanding::Running) {
-            let spans = search.problem.spans.len();
-            search.receive(&self.found[place..place + spans], until);
-            place += spans;
+    /// Advances all searches until none runs.
+    pub fn run(&mut self, curves: &[Universal], searches: &mut [Search], until: &Until) {
+        while searches.iter().any(|search| search.standing == SlopesStanding::Running) {
+            self.evaluate(curves, searches);
+            let mut place = 0;
+            for search in searches.iter_mut().filter(|search| search.standing == SlopesStanding::Running) {
+                let spans = search.problem.spans.len();
+                search.receive(&self.found[place..place + spans], until);
+                place += spans;
+            }
         }
     }
 
-    /// Until none runs any more.
-    pub fn run(&mut self, curves: &[Universal], searches: &mut [Search<T>], until: &Until) {
-        while searches.iter().any(|search| search.standing == SlopesStanding::Running) {
-            self.tick(curves, searches, until);
-        }
+    /// The outcomes of searches from the reference directions.
+    pub fn search(&mut self, curves: &[Universal], problems: Vec<SlopesProblem>, until: &Until) -> Vec<Outcome> {
+        let mut searches: Vec<Search> = problems.into_iter().map(Search::new).collect();
+        self.run(curves, &mut searches, until);
+        searches.into_iter().map(Outcome::from).collect()
     }
 }

@@ -242,7 +242,8 @@ fn largest(dispatch: &CapturedDispatch) -> f64 {
 fn as_json(dispatch: &CapturedDispatch) -> Value {
     let smoothing = dispatch.kernel.starts_with("spline/reinsch");
     let scratch = SCRATCH_TOLERANCE * largest(dispatch);
-    let taut = dispatch.kernel.starts_with("scf/tension/evaluate");
+    let is_evaluation = dispatch.kernel.starts_with("scf/evaluation");
+    let taut = is_evaluation && dispatch.buffers.iter().any(|buffer| buffer.name == "shapes");
     let tolerance = if smoothing {
         scratch
     } else if taut {

@@ -1,5 +1,4 @@
-// The cost of a segment of unit chord, with its first and second derivatives in the angles of its
-// ends. Needs root.wgsl.
+// The cost of a segment of unit chord, with its first and second derivatives in its end angles.
 // Twin: src/scf/evaluation.rs, which gives the formulas.
 
 // Angles both below this are 0: √ of the smallest normal number.
@@ -9,18 +8,21 @@ const ROOT_SMALLEST_NORMAL: real = real(1.4916681462400413e-154);
 const ROOT_SMALLEST_NORMAL: real = real(1.0842021724855044e-19);
 //:end
 
-struct Evaluation {
-    // ∫|κ|^ν ds
-    cost: real,
-    // ∂/∂a, ∂/∂b
-    by_a: real,
-    by_b: real,
-    // ∂²/∂a², ∂²/∂a∂b, ∂²/∂b²
-    by_aa: real,
-    by_ab: real,
-    by_bb: real,
-    // 1 where there is a minimiser, else 0.
-    exists: real,
+fn evaluation_of(index: u32, segment: Segment, a: real, b: real) -> Evaluation {
+    let ends = segment.kind & 3u;
+    if (ends == ENDS_STRAIGHT) {
+        return Evaluation(real(0), real(0), real(0), real(0), real(0), real(0), real(1));
+    }
+    let curve = universal_of(segment.kind / 4u);
+    if (ends == ENDS_DIRECTED) {
+        return evaluate_directed(curve, a, b);
+    }
+    // From the other end, and mirrored, if that is the directed one.
+    let own = evaluate_free(curve, select(b, -a, ends == ENDS_FREE_END));
+    if (ends == ENDS_FREE_END) {
+        return Evaluation(own.cost, -own.by_b, real(0), own.by_bb, real(0), real(0), own.exists);
+    }
+    return own;
 }
 
 // The cheapest segment with end angles a and b from its unit chord.

@@ -1,5 +1,4 @@
-// Curves under tension: spans are judged one by one, and dots let loose in stages, from those of the dearest spans
-// on. Twins: src/scf/slopes.rs, and of the stages src/scf/taut.rs.
+// Curves under tension: spans are judged one by one, and dots become movable in stages. Twin: src/scf/slopes.rs
 
 //:if F64
 const CLOSE: real = real(1e-9);
@@ -13,7 +12,7 @@ const NEARLY: real = real(1e-4);
 const WORK_SPAN_COST: u32 = 8u;
 const WORK_SPAN_FIRST: u32 = 9u;
 const WORK_SPAN_LAST: u32 = 10u;
-// Twin: gpu/taut.rs
+// Twin: gpu/bounds.rs
 const WORK_TAUT_NUMBERS: u32 = 11u;
 
 // The stage of the curve.

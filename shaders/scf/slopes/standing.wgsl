@@ -1,9 +1,10 @@
 // How a curve's search goes, as evaluation.wgsl and slopes.wgsl both see it.
-// Twin: src/scf/slopes.rs.
+// Twin: src/scf/slopes.rs
 
 // No twin: what the host writes before the first trial.
 const SLOPES_STANDING_FRESH: u32 = 0u;
 
+// Twin: problem.rs
 const SLOPES_STANDING_RUNNING: u32 = 1u;
 const SLOPES_STANDING_CONVERGED: u32 = 2u;
 const SLOPES_STANDING_STALLED: u32 = 3u;
@@ -20,9 +21,9 @@ const FLAG_ACCEPTED: u32 = 2u;
 const FLAG_STIFFENED: u32 = 4u;
 // The gradient is 0 where it stands.
 const FLAG_FLAT: u32 = 8u;
-// The host has been asked for segments under tension.
+// The host is asked for segments under tension.
 const FLAG_ASKED: u32 = 16u;
-// More dots were let loose where it stands.
+// More dots became movable where it stands.
 const FLAG_LOOSENED: u32 = 32u;
 
 struct SlopesState {

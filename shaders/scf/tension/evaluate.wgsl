@@ -1,50 +1,12 @@
-// Costs and derivatives of segments under tension, one thread a segment: each is followed from the shape that it
-// had before. What cannot be followed is asked of the host.
+// The cost of a segment under tension, with its first and second derivatives in its end angles. The segment is followed
+// from its shape at the last trial. What cannot be followed is asked of the host.
 // Twin: src/scf/tension/evaluate.rs. The CPU's code has no f32: nested roots, which alone tell kinds of shapes
 // apart, need f64, and tests hold this kernel in both precisions to the CPU in f64.
 
-struct EvaluationParams {
-    tasks: u32,
-}
-
-struct Segment {
-    // The curve it belongs to.
-    owner: u32,
-    // Where the turns at its ends stand.
-    first: u32,
-    last: u32,
-    // Four times the number of its exponent, and how it ends.
-    kind: u32,
-}
-
-@group(0) @binding(0) var<uniform> params: EvaluationParams;
-// The segments to be evaluated.
-@group(0) @binding(1) var<storage, read> tasks: array<u32>;
-@group(0) @binding(2) var<storage, read> laws: array<real>;
-@group(0) @binding(3) var<storage, read> segments: array<Segment>;
-// Three a segment: from its chord to the reference directions, and the chord in the unit in which λ is 1.
-@group(0) @binding(4) var<storage, read> angles: array<real>;
-// From the reference directions.
-@group(0) @binding(5) var<storage, read> turns: array<real>;
-@group(0) @binding(6) var<storage, read> states: array<SlopesState>;
-// SHAPE_NUMBERS a segment, named below.
-@group(0) @binding(7) var<storage, read_write> shapes: array<real>;
-// Seven numbers a segment: cost, first and second derivatives, and what became of it.
-@group(0) @binding(8) var<storage, read_write> found: array<real>;
-
-//:include scf/slopes/standing.wgsl
 //:include damping/verdict.wgsl
-//:include scf/trig.wgsl
-//:include linalg/power.wgsl
 //:include scf/tension/quadrature.wgsl
 //:include scf/tension/solve/near.wgsl
 //:include scf/tension/hessian.wgsl
-
-// Twin: ../slopes.rs
-const ENDS_DIRECTED: u32 = 0u;
-const ENDS_FREE_START: u32 = 1u;
-const ENDS_FREE_END: u32 = 2u;
-const ENDS_STRAIGHT: u32 = 3u;
 
 const FOLLOWED_NOTHING: u32 = 0u;
 const FOLLOWED_BELOW: u32 = 1u;
@@ -63,17 +25,6 @@ const SHAPE_NUMBERS: u32 = 4u;
 
 // No twin: the host is asked.
 const ASKED: real = real(-1);
-
-struct Evaluation {
-    cost: real,
-    by_a: real,
-    by_b: real,
-    by_aa: real,
-    by_ab: real,
-    by_bb: real,
-    // 1, or ASKED.
-    exists: real,
-}
 
 fn asked() -> Evaluation {
     return Evaluation(real(0), real(0), real(0), real(0), real(0), real(0), ASKED);
@@ -132,25 +83,10 @@ fn evaluation_of(index: u32, segment: Segment, a: real, b: real) -> Evaluation {
     return Evaluation(cost, high_by, low_by, high_high, both, hessian.low, real(1));
 }
 
-//:include entry.wgsl ENTRY=evaluate TASKS=params.tasks
-    let index = tasks[task];
-    let segment = segments[index];
-    if (!is_waiting(states[segment.owner])) {
-        return;
-    }
+// Whether the host has found the segment at this trial. It says so once.
+fn is_answered(index: u32) -> bool {
     let given = SHAPE_NUMBERS * index + SHAPE_GIVEN;
-    if (shapes[given] > real(0)) {
-        shapes[given] = real(0);
-        return;
-    }
-    let a = angles[3u * index] + turns[segment.first];
-    let b = angles[3u * index + 1u] + turns[segment.last];
-    let own = evaluation_of(index, segment, a, b);
-    found[7u * index] = own.cost;
-    found[7u * index + 1u] = own.by_a;
-    found[7u * index + 2u] = own.by_b;
-    found[7u * index + 3u] = own.by_aa;
-    found[7u * index + 4u] = own.by_ab;
-    found[7u * index + 5u] = own.by_bb;
-    found[7u * index + 6u] = own.exists;
+    let answered = shapes[given] > real(0);
+    shapes[given] = real(0);
+    return answered;
 }

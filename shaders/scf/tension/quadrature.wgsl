@@ -1,5 +1,5 @@
 // Lengths and displacements of arcs under a pull, by Gauss rules on panels graded towards the
-// integrand's singularities. Needs trig.wgsl, linalg/power.wgsl and an array `laws` of a block an exponent.
+// integrand's singularities. Needs trig.wgsl, linalg/power.wgsl and an array `exponents` of a block per exponent.
 // Twin: src/scf/tension/quadrature.rs, which gives the formulas. Lengths are in the unit in which λ is 1, so that f32
 // has the range for it: for ν = 20 it is up to 1e45 on a chord of 1.
 
@@ -32,7 +32,7 @@ struct Law {
 
 fn law_of(number: u32) -> Law {
     let at = number * LAW_NUMBERS;
-    return Law(laws[at + LAW_NU], laws[at + LAW_Q], laws[at + LAW_INVERSE_Q], laws[at + LAW_INVERSE_NU], at);
+    return Law(exponents[at + LAW_NU], exponents[at + LAW_Q], exponents[at + LAW_INVERSE_Q], exponents[at + LAW_INVERSE_NU], at);
 }
 
 // The pull of all three kinds: f = level + 2 sin(x/2) (hold sin(x/2) + lift cos(x/2)).
@@ -139,11 +139,11 @@ fn integrals(law: Law, pull: Pull, first: real, last: real) -> Integrals {
         length = end - start;
         for (var k = 0u; k < POINTS; k++) {
             let at = law.at + rule + 2u * k;
-            let half = sine_cosine(real(0.5) * (start + length * laws[at]));
+            let half = sine_cosine(real(0.5) * (start + length * exponents[at]));
             let excess = excess_at_half(pull, half);
             let sine = real(2) * half.sine * half.cosine;
             let cosine = (half.cosine - half.sine) * (half.cosine + half.sine);
-            let radius = length * laws[at + 1u] / bent(law, excess);
+            let radius = length * exponents[at + 1u] / bent(law, excess);
             let change = radius / (law.nu * excess);
             sums.length += radius;
             sums.along += radius * cosine;

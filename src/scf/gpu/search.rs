@@ -1,43 +1,26 @@
-//! Newton's method on the slopes of many curves, on a GPU: their state stays there, and only
+//! Newton's method on the tangent angles of many curves, on a GPU: their state stays there, and only
 //! standings come back until none runs.
+//!
+//! A segment under tension is followed from trial to trial by the kernel. If that fails, since its shape turns into
+//! one of another kind or one that the kernel does not know, the kernel asks: the curve waits, and after the round the
+//! host finds the segment by nested roots, in f64, and the search goes on.
 
 use std::borrow::Cow;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{
-    EvaluationParams, FOUND, GROUP, Segment, SlopesState, evaluation_kernel, kind, limits, slopes_kernel, universals,
-};
+use super::bounds::{bounds, is_for_kernel};
+use super::{EvaluationParams, FOUND, GROUP, Segment, SlopesState, answer_kernel, kind, limits, search_kernels};
 use crate::error::Result;
-use crate::gpu::{Buffer, Downloaded, Gpu, Interrupted, KernelKey, Recording, Rounds, kept, pipeline, plan};
+use crate::gpu::{Buffer, Downloaded, Gpu, Interrupted, Recording, Rounds, kept, pipeline, plan};
+use crate::parallel;
 use crate::precision::Precision;
-use crate::scf::slopes::{Ends, LONGEST, Outcome, Search, SlopesProblem, SlopesStanding, Until};
-use crate::scf::taut::ROUGHLY;
-use crate::scf::universal::Universal;
-use crate::scf::workspace::Workspace;
-
-/// Dots of a curve in the kernel at most: a tick takes seven loop turns a dot, and llvmpipe ends a
-/// thread's loops, without a word, after 65,535 all told. Longer curves are searched by the CPU.
-pub(super) const MOST_DOTS: usize = 8192;
-
-/// Trials of every curve in a submission at most: what most curves need.
-const MOST_TRIALS: usize = 8;
-
-/// Segments evaluated in a submission at most, however many trials that are.
-const MOST_EVALUATIONS: usize = 1 << 21;
-
-/// The relative decrement that rounding in f32 lets every curve reach, in units of ε. An angle is
-/// rounded to half an ε of up to π, its moment to some ε more, and at an inflection, where both
-/// ends' moments all but cancel, to several times that. At the last steps convergence is quadratic,
-/// so little more would be gained.
-pub(super) const ROUNDINGS: f64 = 32.0;
-
-/// The smallest weight, and the smallest cost of the most expensive segment, that f32 is trusted
-/// with: their parts that matter are normal numbers still.
-const LEAST_NARROW: f64 = 1e-18;
-
-/// The largest ν in f32: costs are below (2π)^ν.
-pub(super) const MOST_NARROW: f64 = 32.0;
+use crate::scf::evaluation::Evaluation;
+use crate::scf::family::{Family, SlopesSearch};
+use crate::scf::problem::{Outcome, SlopesStanding, Until};
+use crate::scf::slopes::{LONGEST, ROUGHLY};
+use crate::scf::tension::{Near, TensionLaw};
 
 /// `SlopesParams` of `slopes.wgsl`.
 #[repr(C)]
@@ -55,19 +38,37 @@ pub(super) struct SlopesCurve {
     pub start: u32,
     pub dots: u32,
     pub closed: u32,
-    /// Under tension its dots are let loose in so many stages.
     pub stages: u32,
 }
 
-/// Numbers of a curve, and those of them that come back.
+/// `AnswerParams` of `tension/answer.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct AnswerParams {
+    pub tasks: u32,
+}
+
+/// `Answer` of `tension/answer.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct Answer {
+    pub segment: u32,
+    pub owner: u32,
+    pub is_first: u32,
+}
+
+/// `FLAG_ASKED` of `slopes/standing.wgsl`.
+pub(super) const FLAG_ASKED: u32 = 16;
+
+/// Numbers of a curve, and those that come back.
 const SLOPES_NUMBERS: usize = 13;
 const SLOPES_COST: usize = 4;
 const SLOPES_DECREMENT: usize = 5;
 
-/// Numbers of a dot in `work`.
-const WORK_NUMBERS: usize = 8;
+/// Numbers of a segment in `shapes`.
+const SHAPE_NUMBERS: usize = 4;
 
-/// How the kernel says that a curve stands.
+/// The standings by the kernel's numbers, from 1 on.
 const STANDINGS: [SlopesStanding; 6] = [
     SlopesStanding::Running,
     SlopesStanding::Converged,
@@ -77,260 +78,300 @@ const STANDINGS: [SlopesStanding; 6] = [
     SlopesStanding::Exhausted,
 ];
 
-/// Searches for the slopes of every curve, from the turns given. Turns are displacements, so that
-/// f32 keeps their digits, and the tolerance in f32 is 32 ε at least.
+/// Searches for the tangent angles of every curve, and counts the segments that the kernel asked for.
 ///
-/// Searched by the CPU in f64 are curves of more than 8,192 dots, and in f32 those of an exponent
-/// beyond 32, of a weight below 1e-18, or that cost less than 1e-18 at the start; and again, from
-/// the start, those that do not converge in f32.
-///
-/// Where the device is lost, what it had finished is kept, and the other curves come out as they
-/// came in.
+/// Turns are displacements, so that f32 keeps their digits. The outcome is `None` for a curve with too many dots, or
+/// whose costs are beyond the range of f32. If the device is lost, finished curves are kept, and the others come out
+/// as they came in.
 ///
 /// # Errors
-/// Those of compiling the kernel and of submissions, if nothing was finished.
-pub(crate) fn search_on_gpu(
+/// Errors of compiling the kernels and of submissions, if nothing was finished.
+pub(in crate::scf) fn search_on_gpu(
     gpu: &Gpu,
     precision: Precision,
-    curves: &[Universal],
-    searches: Vec<(SlopesProblem<f64>, Vec<f64>)>,
+    family: Family<'_>,
+    searches: &[&SlopesSearch],
     until: &Until,
-) -> Result<Vec<Outcome>> {
-    let mut outcomes: Vec<Outcome> = searches.iter().map(unfinished).collect();
-    let (mut order, mut host): (Vec<usize>, Vec<usize>) =
-        (0..searches.len()).partition(|&i| is_for_kernel(&searches[i], curves, precision));
-    order.sort_by_key(|&i| (searches[i].0.movable.len(), i));
+) -> Result<(Vec<Option<Outcome>>, usize)> {
+    let mut outcomes = vec![None; searches.len()];
+    let mut order = Vec::new();
+    for (i, is_for_kernel) in
+        parallel::of(searches, |search| is_for_kernel(family, search, precision)).into_iter().enumerate()
+    {
+        if is_for_kernel {
+            outcomes[i] = Some(Outcome::unfinished(&searches[i].problem));
+            order.push(i);
+        }
+    }
+    order.sort_by_key(|&i| (searches[i].problem.dots(), i));
+    let answers = AtomicUsize::new(0);
     if !order.is_empty() {
-        let job = Job { gpu, precision, curves, searches: &searches, until, order: &order };
+        let job = SlopesJob { gpu, precision, family, searches, until, order: &order, answers: &answers };
         kept(job.run(&mut outcomes))?;
     }
-    if precision != Precision::F64 {
-        let done = [SlopesStanding::Converged, SlopesStanding::Running];
-        host.extend(order.into_iter().filter(|&i| !done.contains(&outcomes[i].standing)));
-    }
-    let mut left: Vec<Search<f64>> =
-        host.iter().map(|&i| Search::new(searches[i].0.clone(), searches[i].1.clone())).collect();
-    Workspace::new(curves.len()).run(curves, &mut left, until);
-    host.into_iter().zip(left).for_each(|(i, search)| outcomes[i] = Outcome::from(search));
-    Ok(outcomes)
-}
-
-/// What a search is before anything was found.
-fn unfinished((_, turns): &(SlopesProblem<f64>, Vec<f64>)) -> Outcome {
-    Outcome {
-        turns: turns.clone(),
-        cost: f64::INFINITY,
-        decrement: f64::INFINITY,
-        standing: SlopesStanding::Running,
-        iterations: 0,
-        evaluations: 0,
-        culprit: None,
-    }
-}
-
-/// Whether a thread has the patience, and the precision the range, for a curve.
-pub(super) fn is_for_kernel(
-    (problem, turns): &(SlopesProblem<f64>, Vec<f64>),
-    curves: &[Universal],
-    precision: Precision,
-) -> bool {
-    let dots = problem.movable.len();
-    if !(2..=MOST_DOTS).contains(&dots) {
-        return false;
-    }
-    if precision == Precision::F64 {
-        return true;
-    }
-    let (mut lightest, mut dearest, mut most, mut bent) = (1.0_f64, 0.0_f64, problem.exponent, false);
-    for (k, span) in problem.spans.iter().enumerate().filter(|(_, span)| span.ends != Ends::Straight) {
-        let after = if k + 1 == dots { 0 } else { k + 1 };
-        let angle = (span.angles[0] + turns[k]).abs().max((span.angles[1] + turns[after]).abs());
-        let exponent = curves[usize::from(span.curve)].exponent;
-        lightest = lightest.min(span.weight);
-        dearest = dearest.max(span.weight * angle.powf(exponent));
-        most = most.max(exponent);
-        bent |= angle > 0.0;
-    }
-    lightest >= LEAST_NARROW && most <= MOST_NARROW && (dearest >= LEAST_NARROW || !bent)
+    Ok((outcomes, answers.into_inner()))
 }
 
 /// One run over many curves.
-struct Job<'a> {
+struct SlopesJob<'a> {
     gpu: &'a Gpu,
     precision: Precision,
-    curves: &'a [Universal],
-    searches: &'a [(SlopesProblem<f64>, Vec<f64>)],
+    family: Family<'a>,
+    searches: &'a [&'a SlopesSearch],
     until: &'a Until,
     order: &'a [usize],
+    answers: &'a AtomicUsize,
 }
 
-/// Where the curves of a chunk stand in its arrays.
-type Table = Vec<SlopesCurve>;
+/// The curves of a chunk.
+struct Chunk {
+    members: Vec<usize>,
+    /// Where each curve stands in the chunk's arrays.
+    table: Vec<SlopesCurve>,
+}
 
-/// The arrays of a chunk that come back.
+impl Chunk {
+    fn dots(&self) -> usize {
+        self.table.iter().map(|curve| curve.dots as usize).sum()
+    }
+}
+
+/// A segment that the kernel asks for.
+struct Asked<'a> {
+    answer: Answer,
+    search: &'a SlopesSearch,
+    span: usize,
+    turns: &'a [f64],
+}
+
+impl Asked<'_> {
+    /// The shape of the segment and what is found of it, by nested roots.
+    fn found(&self, laws: &[TensionLaw]) -> Vec<f64> {
+        let Asked { search, span, turns, .. } = *self;
+        let law = &laws[usize::from(search.problem.spans[span].curve)];
+        let mut known = Near::default();
+        let found = search.spans[span].evaluate(law, search.problem.angles(span, turns), &mut known);
+        let (shape, found) = packed(laws, search, span, &known, &found);
+        shape.into_iter().chain(found).collect()
+    }
+}
+
+/// The shape of a segment under tension, and what is found of it, as the kernels have them.
+fn packed(
+    laws: &[TensionLaw],
+    search: &SlopesSearch,
+    k: usize,
+    known: &Near,
+    found: &Evaluation<f64>,
+) -> ([f64; 3], [f64; FOUND]) {
+    let (law, span) = (&laws[usize::from(search.problem.spans[k].curve)], &search.spans[k]);
+    let unit = span.units(law)[1];
+    let Evaluation { cost, gradient: [a, b], hessian: [aa, ab, bb], exists } = *found;
+    let [cost, a, b, aa, ab, bb] = [cost, a, b, aa, ab, bb].map(|x| x / unit);
+    (known.packed(law, span), [cost, a, b, aa, ab, bb, exists])
+}
+
+/// The arrays of a chunk that come back at the end, and those that the host sees after every round under tension.
 const WANTED: [&str; 3] = ["states", "numbers", "turns"];
+const LOOKED_AT: [&str; 2] = ["found", "turns"];
 
-impl<'a> Job<'a> {
-    fn run(&self, outcomes: &mut [Outcome]) -> Result<(), Interrupted> {
+impl<'a> SlopesJob<'a> {
+    fn run(&self, outcomes: &mut [Option<Outcome>]) -> Result<(), Interrupted> {
         let real = self.precision.bytes();
-        // Of a dot and its segment: work, what was found, turns (and to be read), angles, weight
-        // and whether it moves; segment, task.
-        let together = (WORK_NUMBERS + FOUND + 4 + 2 + 2) as u64 * real + 20;
-        let dots = self.order.iter().map(|&i| self.searches[i].0.movable.len());
-        let chunks = plan::chunks(dots, WORK_NUMBERS as u64 * real, together, &limits(self.gpu, together))?;
+        let work = bounds(self.family).work_numbers;
+        // Of a dot and its segment: work, `found` and its download, turns and their download, angles and chord,
+        // weight, stage and whether it moves, shape; segment, task.
+        let together = (work + 2 * FOUND + 6 + 3 + 3 + SHAPE_NUMBERS) as u64 * real + 20;
+        let dots = self.order.iter().map(|&i| self.searches[i].problem.dots());
+        let chunks = plan::chunks(dots, work as u64 * real, together, &limits(self.gpu, together))?;
         pipeline(
             chunks,
             |chunk| self.start(&self.order[chunk.clone()]),
-            |rounds: Rounds<Table>| rounds.advance(|r, t, a, s| self.round(r, t, a, s), &WANTED, |_| {}),
-            |chunk, results| {
-                unpack(&self.order[chunk.clone()], &results, outcomes);
+            |rounds: Rounds<Chunk>| rounds.answer(|r, c, a, s, seen| self.round(r, c, a, s, seen), &WANTED, |_| {}),
+            |_, (chunk, results)| {
+                self.unpack(&chunk, &results, outcomes);
                 Ok(())
             },
         )
     }
 
-    fn start(&self, members: &[usize]) -> Result<Rounds<'a, Table>> {
+    fn start(&self, members: &[usize]) -> Result<Rounds<'a, Chunk>> {
         let mut recording = self.gpu.record(self.precision);
-        let problems = || members.iter().map(|&i| &self.searches[i].0);
-        let mut dots = 0;
-        let table: Table = problems()
-            .map(|problem| {
-                let (start, own) = (dots, problem.movable.len() as u32);
-                dots += own;
-                SlopesCurve { start, dots: own, closed: problem.closed.into(), stages: 1 }
-            })
-            .collect();
-        let count = dots as usize;
+        let chunk = Chunk { members: members.to_vec(), table: self.table(members) };
+        let count = chunk.dots();
+        let is_under_tension = matches!(self.family, Family::UnderTension(_));
         // An open curve has no segment where a closed one has its last.
         let mut segments = vec![Segment { owner: 0, first: 0, last: 0, kind: 0 }; count];
-        let [mut angles, mut fixed, mut turns] = [0, 1, 2].map(|_| vec![0.0; 2 * count]);
-        let mut numbers = vec![f64::NAN; SLOPES_NUMBERS * members.len()];
-        for (slot, (&i, curve)) in members.iter().zip(&table).enumerate() {
-            let (problem, start_turns) = &self.searches[i];
-            let start = curve.start as usize;
-            for (k, (&movable, &turn)) in problem.movable.iter().zip(start_turns).enumerate() {
-                fixed[start + k] = movable;
-                turns[start + k] = turn;
-                turns[count + start + k] = turn;
+        let [mut angles, mut fixed] = [0, 1].map(|_| vec![0.0; 3 * count]);
+        let [mut shapes, mut found] =
+            [SHAPE_NUMBERS, FOUND].map(|n| vec![0.0; if is_under_tension { n * count } else { 0 }]);
+        let mut numbers = Vec::with_capacity(SLOPES_NUMBERS * members.len());
+        for (slot, (&i, curve)) in members.iter().zip(&chunk.table).enumerate() {
+            let (search, start) = (self.searches[i], curve.start as usize);
+            let (problem, unit) = (&search.problem, self.family.unit(search));
+            fixed[start..start + problem.dots()].copy_from_slice(&problem.movable);
+            for (k, &stage) in search.stages.of_dots.iter().enumerate() {
+                fixed[2 * count + start + k] = stage as f64;
             }
             for (k, span) in problem.spans.iter().enumerate() {
-                let after = if k + 1 == problem.movable.len() { 0 } else { k + 1 };
-                let [first, last] = [start + k, start + after].map(|at| at as u32);
-                segments[start + k] =
-                    Segment { owner: slot as u32, first, last, kind: kind(span.curve.into(), span.ends) };
-                angles[2 * (start + k)] = span.angles[0];
-                angles[2 * (start + k) + 1] = span.angles[1];
-                fixed[count + start + k] = span.weight;
+                let at = start + k;
+                let [first, last] = [at, start + problem.after(k)].map(|at| at as u32);
+                segments[at] = Segment { owner: slot as u32, first, last, kind: kind(span.curve.into(), span.ends) };
+                let [chord, cost] = self.family.units(search, k);
+                angles[3 * at..][..3].copy_from_slice(&[span.angles[0], span.angles[1], chord]);
+                fixed[count + at] = span.weight * cost / unit;
+                if let Family::UnderTension(laws) = self.family {
+                    let ([kind, u, v], evaluation) = packed(laws, search, k, &search.known[k], &search.found[k]);
+                    shapes[SHAPE_NUMBERS * at..][..SHAPE_NUMBERS].copy_from_slice(&[kind, u, v, 1.0]);
+                    found[FOUND * at..][..FOUND].copy_from_slice(&evaluation);
+                }
             }
-            let own = &mut numbers[slot * SLOPES_NUMBERS..];
-            own[..SLOPES_NUMBERS].copy_from_slice(&given(self.precision, self.until, problem.exponent, ROUNDINGS));
+            numbers.extend(self.numbers(problem.exponent));
         }
-        let arrays = vec![
-            ("universals", recording.upload_reals(&universals(self.curves))),
+        let mut arrays = vec![
+            ("exponents", recording.upload_reals(&self.family.packed())),
             ("segments", recording.upload(&segments)),
             ("angles", recording.upload_reals(&angles)),
-            ("turns", recording.upload_reals(&turns)),
+            ("turns", recording.upload_reals(&vec![0.0; 2 * count])),
             ("states", recording.upload(&vec![SlopesState::zeroed(); members.len()])),
-            ("found", recording.storage_reals(FOUND * count)),
-            ("curves", recording.upload(&table)),
+            ("curves", recording.upload(&chunk.table)),
             ("numbers", recording.upload_reals(&numbers)),
             ("fixed", recording.upload_reals(&fixed)),
-            ("work", recording.storage_reals(WORK_NUMBERS * count)),
+            ("work", recording.storage_reals(bounds(self.family).work_numbers * count)),
         ];
+        let mut looked_at = &LOOKED_AT[..0];
+        if is_under_tension {
+            arrays.push(("shapes", recording.upload_reals(&shapes)));
+            arrays.push(("found", recording.upload_reals(&found)));
+            looked_at = &LOOKED_AT;
+        } else {
+            arrays.push(("found", recording.storage_reals(FOUND * count)));
+        }
         let of_curves = ("scf/slopes", members.len());
-        Rounds::start::<SlopesState>(of_curves, recording, (table, arrays), |r, t, a, s| self.round(r, t, a, s))
+        Rounds::looking::<SlopesState>(of_curves, recording, (chunk, arrays), looked_at, |r, c, a, s| {
+            self.round(r, c, a, s, &[])
+        })
     }
 
-    /// Some trials of the curves listed, each an evaluation of their segments and a step.
+    fn table(&self, members: &[usize]) -> Vec<SlopesCurve> {
+        let mut table = Vec::with_capacity(members.len());
+        let mut start = 0;
+        for &i in members {
+            let SlopesSearch { problem, stages, .. } = self.searches[i];
+            let dots = problem.dots() as u32;
+            table.push(SlopesCurve { start, dots, closed: problem.closed.into(), stages: stages.last as u32 + 1 });
+            start += dots;
+        }
+        table
+    }
+
+    /// The numbers of a curve at the start: see `slopes.wgsl`. NaN marks what the kernel must write before it reads it.
+    fn numbers(&self, exponent: f64) -> [f64; SLOPES_NUMBERS] {
+        let epsilon = if self.precision == Precision::F64 { 0.0 } else { f64::from(f32::EPSILON) };
+        let (share, part) = (1.0 / exponent, 1.0 - 1.0 / exponent);
+        let least = (exponent - 1.0).max(1.0).powf(-LONGEST);
+        let tolerance = self.until.tolerance.max(bounds(self.family).roundings * epsilon);
+        let (infinity, unknown) = (f64::INFINITY, f64::NAN);
+        let roughly = tolerance.max(ROUGHLY);
+        [share, part, least, tolerance, infinity, infinity, unknown, unknown, unknown, unknown, 0.0, roughly, 0.0]
+    }
+
+    /// Answers what the last round has asked, and records trials of the curves listed: each is an evaluation of their
+    /// segments and a step.
     fn round(
         &self,
         recording: &mut Recording<'a>,
-        table: &Table,
+        chunk: &Chunk,
         arrays: &[(&str, &Buffer)],
         slots: &[u32],
+        seen: &[Downloaded],
     ) -> Result<()> {
-        let kernels = [evaluation_kernel(self.precision), slopes_kernel(self.precision)];
-        let most_iterations = self.until.iterations;
-        record_trials(recording, kernels, (table, slots), arrays, most_iterations, [MOST_EVALUATIONS, MOST_TRIALS])
+        if let (Family::UnderTension(laws), [states, found, turns]) = (self.family, seen) {
+            let (found, turns) = (found.reals(), turns.reals());
+            let asked = self.asked(chunk, slots, states.as_slice(), [&found, &turns]);
+            self.answer(recording, laws, arrays, &asked)?;
+        }
+        let bounds = bounds(self.family);
+        let running = || slots.iter().map(|&slot| chunk.table[slot as usize]);
+        let segments: Vec<u32> =
+            running().flat_map(|curve| curve.start..curve.start + curve.dots - 1 + curve.closed).collect();
+        let (dots, most_iterations) = (chunk.dots() as u32, self.until.iterations);
+        let of_segments = recording.uniform(&EvaluationParams { tasks: segments.len() as u32 });
+        let of_curves = recording.uniform(&SlopesParams { tasks: slots.len() as u32, dots, most_iterations });
+        let trials = (bounds.evaluations / segments.len().max(1)).clamp(1, bounds.trials);
+        let [evaluation, advance] = search_kernels(self.family, self.precision);
+        let steps = [(evaluation, of_segments, &segments[..]), (advance, of_curves, slots)]
+            .map(|(key, params, tasks)| (key, params, recording.upload(tasks), tasks.len()));
+        for (key, params, tasks, count) in steps.iter().cycle().take(2 * trials) {
+            let mut bound = vec![("params", params), ("tasks", tasks)];
+            bound.extend(arrays);
+            recording.dispatch(key, *count, GROUP, &bound)?;
+        }
+        Ok(())
     }
-}
 
-/// Records some trials of the curves listed: each is an evaluation of their segments and a step. Segments in all, and
-/// trials of a curve, are so many at most.
-pub(super) fn record_trials(
-    recording: &mut Recording<'_>,
-    [evaluation, advance]: [KernelKey; 2],
-    (table, slots): (&[SlopesCurve], &[u32]),
-    arrays: &[(&str, &Buffer)],
-    most_iterations: u32,
-    [most_evaluations, most_trials]: [usize; 2],
-) -> Result<()> {
-    let dots: u32 = table.iter().map(|curve| curve.dots).sum();
-    let running = || slots.iter().map(|&slot| table[slot as usize]);
-    let segments: Vec<u32> =
-        running().flat_map(|curve| curve.start..curve.start + curve.dots - 1 + curve.closed).collect();
-    let of_segments = recording.uniform(&EvaluationParams { tasks: segments.len() as u32 });
-    let of_curves = recording.uniform(&SlopesParams { tasks: slots.len() as u32, dots, most_iterations });
-    let trials = (most_evaluations / segments.len().max(1)).clamp(1, most_trials);
-    let steps = [(evaluation, of_segments, &segments[..]), (advance, of_curves, slots)]
-        .map(|(key, params, tasks)| (key, params, recording.upload(tasks), tasks.len()));
-    for (key, params, tasks, count) in steps.iter().cycle().take(2 * trials) {
-        let mut bound = vec![("params", params), ("tasks", tasks)];
+    /// The segments that the kernel asks for.
+    fn asked<'b>(
+        &'b self,
+        chunk: &Chunk,
+        slots: &[u32],
+        states: &[SlopesState],
+        [found, turns]: [&'b [f64]; 2],
+    ) -> Vec<Asked<'b>> {
+        let mut asked = Vec::new();
+        for &owner in slots.iter().filter(|&&slot| states[slot as usize].flags & FLAG_ASKED != 0) {
+            let (curve, search) = (&chunk.table[owner as usize], self.searches[chunk.members[owner as usize]]);
+            let start = curve.start as usize;
+            let turns = &turns[start..start + curve.dots as usize];
+            let mut is_first = 1;
+            for span in (0..search.problem.spans.len()).filter(|k| found[FOUND * (start + k) + FOUND - 1] < 0.0) {
+                let answer = Answer { segment: (start + span) as u32, owner, is_first };
+                asked.push(Asked { answer, search, span, turns });
+                is_first = 0;
+            }
+        }
+        asked
+    }
+
+    /// Finds the segments asked for, and records that the kernel gets them.
+    fn answer(
+        &self,
+        recording: &mut Recording<'a>,
+        laws: &[TensionLaw],
+        arrays: &[(&str, &Buffer)],
+        asked: &[Asked],
+    ) -> Result<()> {
+        if asked.is_empty() {
+            return Ok(());
+        }
+        let answers: Vec<Answer> = asked.iter().map(|asked| asked.answer).collect();
+        let given = parallel::of(asked, |asked| asked.found(laws)).concat();
+        let params = recording.uniform(&AnswerParams { tasks: answers.len() as u32 });
+        let (answers, given) = (recording.upload(&answers), recording.upload_reals(&given));
+        let mut bound = vec![("params", &params), ("answers", &answers), ("given", &given)];
         bound.extend(arrays);
-        recording.dispatch(key, *count, GROUP, &bound)?;
-    }
-    Ok(())
-}
-
-/// The numbers of a curve at first: see `slopes.wgsl`. What the kernel must write before it reads it is NaN. In f32
-/// the tolerance is so many ε at least.
-pub(super) fn given(precision: Precision, until: &Until, exponent: f64, roundings: f64) -> [f64; SLOPES_NUMBERS] {
-    let epsilon = if precision == Precision::F64 { 0.0 } else { f64::from(f32::EPSILON) };
-    let (share, part) = (1.0 / exponent, 1.0 - 1.0 / exponent);
-    let least = (exponent - 1.0).max(1.0).powf(-LONGEST);
-    let tolerance = until.tolerance.max(roundings * epsilon);
-    let (infinity, unknown) = (f64::INFINITY, f64::NAN);
-    let roughly = tolerance.max(ROUGHLY);
-    [share, part, least, tolerance, infinity, infinity, unknown, unknown, unknown, unknown, 0.0, roughly, 0.0]
-}
-
-fn unpack(members: &[usize], (table, results): &(Table, Vec<Downloaded>), outcomes: &mut [Outcome]) {
-    let count: usize = table.iter().map(|curve| curve.dots as usize).sum();
-    let results = Results::of(results);
-    for (slot, (&i, curve)) in members.iter().zip(table).enumerate() {
-        outcomes[i] = results.outcome(slot, curve, count);
-    }
-}
-
-/// What came back of a chunk.
-pub(super) struct Results<'a> {
-    states: &'a [SlopesState],
-    numbers: Cow<'a, [f64]>,
-    turns: Cow<'a, [f64]>,
-}
-
-impl<'a> Results<'a> {
-    /// Of the arrays that are wanted.
-    pub fn of(arrays: &'a [Downloaded]) -> Self {
-        Results { states: arrays[0].as_slice(), numbers: arrays[1].reals(), turns: arrays[2].reals() }
+        self.answers.fetch_add(asked.len(), Ordering::Relaxed);
+        recording.dispatch(&answer_kernel(self.precision), asked.len(), GROUP, &bound)
     }
 
-    /// What became of the curve in a slot, of a chunk of so many dots.
-    pub fn outcome(&self, slot: usize, curve: &SlopesCurve, count: usize) -> Outcome {
-        let state = self.states[slot];
-        let start = count + curve.start as usize;
-        let own = &self.numbers[slot * SLOPES_NUMBERS..];
-        Outcome {
-            turns: self.turns[start..start + curve.dots as usize].to_vec(),
-            cost: own[SLOPES_COST],
-            decrement: own[SLOPES_DECREMENT],
-            standing: STANDINGS
-                .into_iter()
-                .find(|own| *own as u32 == state.standing)
-                .unwrap_or(SlopesStanding::Running),
-            iterations: state.iterations,
-            evaluations: state.evaluations,
-            culprit: (state.culprit as usize).checked_sub(1),
+    fn unpack(&self, chunk: &Chunk, results: &[Downloaded], outcomes: &mut [Option<Outcome>]) {
+        let (states, numbers, turns): (&[SlopesState], Cow<[f64]>, Cow<[f64]>) =
+            (results[0].as_slice(), results[1].reals(), results[2].reals());
+        // The trials come first.
+        let turns = &turns[chunk.dots()..];
+        for (slot, (&i, curve)) in chunk.members.iter().zip(&chunk.table).enumerate() {
+            let (state, start) = (&states[slot], curve.start as usize);
+            let numbers = &numbers[slot * SLOPES_NUMBERS..];
+            let standing = STANDINGS.get((state.standing as usize).wrapping_sub(1));
+            outcomes[i] = Some(Outcome {
+                turns: turns[start..start + curve.dots as usize].to_vec(),
+                cost: numbers[SLOPES_COST] * self.family.unit(self.searches[i]),
+                decrement: numbers[SLOPES_DECREMENT],
+                standing: standing.copied().unwrap_or(SlopesStanding::Running),
+                iterations: state.iterations,
+                evaluations: state.evaluations,
+                culprit: (state.culprit as usize).checked_sub(1),
+            });
         }
     }
 }

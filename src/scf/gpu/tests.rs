@@ -7,12 +7,15 @@ use std::f64::consts::TAU;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
-use super::search::{MOST_DOTS, ROUNDINGS, SlopesCurve, SlopesParams, is_for_kernel};
+use super::bounds::{PLAIN, is_for_kernel};
+use super::search::{SlopesCurve, SlopesParams};
 use super::*;
 use crate::gpu::reflect::assert_layout;
 use crate::gpu::source;
 use crate::gpu::testing::{gpu, precisions};
-use crate::scf::slopes::{Outcome, Search, SlopesProblem, SlopesStanding, Span, Until};
+use crate::scf::family::SlopesSearch;
+use crate::scf::problem::{Outcome, SlopesProblem, SlopesStanding, Span, Until};
+use crate::scf::stages::search_plain_on_gpu;
 use crate::scf::start::{Chords, Start, wrap};
 use crate::scf::workspace::Workspace;
 
@@ -25,7 +28,7 @@ fn curves() -> Vec<Universal> {
     EXPONENTS.map(Universal::new).to_vec()
 }
 
-type Given = (SlopesProblem<f64>, Vec<f64>);
+type Given = SlopesProblem;
 
 /// The problem of a curve: `number` of its exponent, and fixed directions by dot. A free end beside
 /// a free end is straight.
@@ -43,20 +46,13 @@ fn given(points: &[[f64; 2]], closed: bool, number: u16, fixed: &[(usize, f64)])
     let shortest = chords.lengths.iter().copied().fold(f64::INFINITY, f64::min);
     let span = |k: usize| {
         let [a, b] = [directions[k], directions[(k + 1) % dots]];
-        let ends = match (a.is_nan(), b.is_nan()) {
-            (false, false) => Ends::Directed,
-            (true, false) => Ends::FreeStart,
-            (false, true) => Ends::FreeEnd,
-            (true, true) => Ends::Straight,
-        };
         let angle = |x: f64| if x.is_nan() { 0.0 } else { wrap(x - chords.directions[k]) };
         let weight = (chords.lengths[k] / shortest).powf(1.0 - exponent);
-        Span { angles: [angle(a), angle(b)], weight, curve: number, ends }
+        Span { angles: [angle(a), angle(b)], weight, curve: number, ends: Ends::between(a, b) }
     };
     let is_fixed = |dot: usize| directions[dot].is_nan() || fixed.iter().any(|(own, _)| *own == dot);
     let movable = (0..dots).map(|dot| if is_fixed(dot) { 0.0 } else { 1.0 }).collect();
-    let problem = SlopesProblem { closed, exponent, spans: (0..spans).map(span).collect(), movable };
-    (problem, vec![0.0; dots])
+    SlopesProblem { closed, exponent, spans: (0..spans).map(span).collect(), movable }
 }
 
 /// Points along a line or around a circle, moved about.
@@ -101,14 +97,12 @@ fn ragged(seed: u64) -> Vec<Given> {
     all
 }
 
-fn on_cpu(searches: &[Given], until: &Until) -> Vec<Outcome> {
-    let mut own: Vec<Search<f64>> = searches.iter().map(|(p, turns)| Search::new(p.clone(), turns.clone())).collect();
-    Workspace::new(EXPONENTS.len()).run(&curves(), &mut own, until);
-    own.into_iter().map(Outcome::from).collect()
+fn on_cpu(problems: &[Given], until: &Until) -> Vec<Outcome> {
+    Workspace::new(EXPONENTS.len()).search(&curves(), problems.to_vec(), until)
 }
 
-fn on_gpu(gpu: &Gpu, precision: Precision, searches: &[Given]) -> Vec<Outcome> {
-    search_on_gpu(gpu, precision, &curves(), searches.to_vec(), &UNTIL).unwrap()
+fn on_gpu(gpu: &Gpu, precision: Precision, problems: &[Given]) -> Vec<Outcome> {
+    search_plain_on_gpu(gpu, precision, &curves(), problems.to_vec(), &UNTIL).unwrap()
 }
 
 fn largest_difference(a: &[f64], b: &[f64]) -> f64 {
@@ -129,11 +123,12 @@ fn every_curve_of_a_ragged_batch_ends_as_on_the_cpu() {
     );
     for precision in precisions(&gpu) {
         // The CPU as far as the GPU goes.
-        let tolerance = if precision == Precision::F64 { UNTIL.tolerance } else { ROUNDINGS * f64::from(f32::EPSILON) };
+        let tolerance =
+            if precision == Precision::F64 { UNTIL.tolerance } else { PLAIN.roundings * f64::from(f32::EPSILON) };
         let wanted = on_cpu(&searches, &Until { tolerance, ..UNTIL });
         let found = on_gpu(&gpu, precision, &searches);
         for (i, (found, wanted)) in found.iter().zip(&wanted).enumerate() {
-            let exponent = searches[i].0.exponent;
+            let exponent = searches[i].exponent;
             assert_eq!(found.standing, wanted.standing, "curve {i} in {precision:?}");
             let apart = largest_difference(&found.turns, &wanted.turns);
             println!("curve {i}, {precision:?}, ν = {exponent}: {:?}, turns {apart:e} apart", found.standing);
@@ -178,7 +173,7 @@ fn a_curve_has_the_same_bits_whatever_its_neighbours_order_and_chunk() {
 fn what_a_thread_or_f32_cannot_hold_is_searched_by_the_cpu() {
     let mut random = StdRng::seed_from_u64(702);
     let short = given(&points(20, false, 0.2, &mut random), false, 1, &[]);
-    let long = given(&points(MOST_DOTS + 1, false, 0.05, &mut random), false, 1, &[]);
+    let long = given(&points(PLAIN.dots + 1, false, 0.05, &mut random), false, 1, &[]);
     // Chords of 1 and 1,000: weights of 1000^−19 for ν = 20.
     let uneven = given(&[[0.0, 0.0], [1.0, 0.1], [1000.0, 300.0], [1001.0, 299.0]], false, 3, &[]);
     // Angles of about 1e-3 to the power 20.
@@ -195,8 +190,8 @@ fn what_a_thread_or_f32_cannot_hold_is_searched_by_the_cpu() {
         (&gentle, f32, false),
         (&gentle, f64, true),
     ] {
-        let dots = given.1.len();
-        assert_eq!(is_for_kernel(given, &curves(), precision), expected, "{dots} dots, {precision:?}");
+        let is = is_for_kernel(Family::Plain(&curves()), &SlopesSearch::plain(given.clone()), precision);
+        assert_eq!(is, expected, "{} dots, {precision:?}", given.dots());
     }
     let Some(gpu) = gpu() else { return };
     let searches = [gentle, uneven, short];
@@ -212,7 +207,7 @@ fn iterations_run_out_where_they_are_told_to() {
     let searches = [given(&points(12, false, 0.3, &mut random), false, 2, &[])];
     let until = Until { tolerance: 1e-10, iterations: 2 };
     for precision in precisions(&gpu) {
-        let found = search_on_gpu(&gpu, precision, &curves(), searches.to_vec(), &until).unwrap();
+        let found = search_plain_on_gpu(&gpu, precision, &curves(), searches.to_vec(), &until).unwrap();
         assert_eq!((found[0].standing, found[0].iterations), (SlopesStanding::Exhausted, 2), "{precision:?}");
     }
 }
@@ -220,17 +215,25 @@ fn iterations_run_out_where_they_are_told_to() {
 #[test]
 fn host_structs_are_laid_out_as_the_kernels() {
     for precision in [Precision::F32, Precision::F64] {
-        assert_layout!(evaluation_kernel(precision), EvaluationParams { tasks });
-        assert_layout!(evaluation_kernel(precision), Segment { owner, first, last, kind });
-        assert_layout!(slopes_kernel(precision), SlopesParams { tasks, dots, most_iterations });
-        assert_layout!(slopes_kernel(precision), SlopesCurve { start, dots, closed, stages });
-        let state = slopes_kernel(precision);
-        assert_layout!(state, SlopesState { standing, iterations, evaluations, flags, culprit });
+        for family in [Family::Plain(&[]), Family::UnderTension(&[])] {
+            let [evaluation, advance] = search_kernels(family, precision);
+            assert_layout!(evaluation.clone(), EvaluationParams { tasks });
+            assert_layout!(evaluation, Segment { owner, first, last, kind });
+            assert_layout!(advance.clone(), SlopesParams { tasks, dots, most_iterations });
+            assert_layout!(advance.clone(), SlopesCurve { start, dots, closed, stages });
+            assert_layout!(advance, SlopesState { standing, iterations, evaluations, flags, culprit });
+        }
     }
 }
 
 fn kernel(path: &str) -> &'static str {
     source::file(path).expect("a file of the room")
+}
+
+/// A constant of a file of kernels.
+fn number(path: &str, name: &str) -> usize {
+    let (_, after) = kernel(path).split_once(&format!("const {name}: u32 = ")).expect("it is there");
+    after.split_once("u;").expect("a number").0.parse().expect("a number")
 }
 
 #[test]
@@ -244,14 +247,10 @@ fn the_kernels_polynomials_and_blocks_are_the_cpus() {
         let there: Vec<f64> = body.split("real(").filter_map(|part| part.split_once(')')?.0.parse().ok()).collect();
         assert_eq!(there, own.iter().rev().copied().collect::<Vec<f64>>(), "{function}");
     }
-    let block = universals(&[Universal::new(3.0)]);
-    let place = |name: &str| -> usize {
-        let (_, after) =
-            kernel("scf/universal.wgsl").split_once(&format!("const {name}: u32 = ")).expect("it is there");
-        after.split_once("u;").expect("a number").0.parse().expect("a number")
-    };
-    assert_eq!(place("UNIVERSAL_NUMBERS"), block.len());
     let curve = Universal::new(3.0);
+    let block = curve.packed();
+    let place = |name: &str| number("scf/universal.wgsl", name);
+    assert_eq!(place("UNIVERSAL_NUMBERS"), block.len());
     for (name, own) in [
         ("UNIVERSAL_EXPONENT", curve.exponent),
         ("UNIVERSAL_Q", curve.q),

@@ -7,7 +7,7 @@
 //! (E/E₀)^{1/ν} − μ Σ ln(room/(room + turn))
 //! ```
 //!
-//! for ever smaller μ, E₀ the energy where μ last fell, and the turns those of the polygon. So no room is sought beyond
+//! for ever smaller μ, with E₀ the energy when μ last fell and the turns of the polygon. So no room is sought beyond
 //! these, where segments may have no minimiser. The Hessian of the root is tridiagonal but for one product of
 //! gradients, which the formula of Sherman and Morrison brings back. Where there are no such directions yet, Gauss's and
 //! Newton's method makes the squares of what the rooms lack least.
@@ -16,7 +16,7 @@
 //! Optimization*, chapters 10 and 19.
 
 use super::super::evaluation::{Directed, Evaluation, FreeStart};
-use super::super::slopes::{Ends, SlopesProblem, SlopesStanding};
+use super::super::problem::{Ends, Outcome, SlopesProblem, SlopesStanding};
 use super::super::universal::Universal;
 use super::room::{Room, rooms};
 use crate::linalg::Scalar;
@@ -25,7 +25,7 @@ use crate::sides::Asked;
 
 /// μ at first, and at last.
 ///
-/// The root is then least to so many times this part as there are rooms.
+/// The root is then within this times the number of rooms of its minimum.
 const WEIGHTS: [f64; 2] = [0.1, 1e-10];
 
 /// μ falls by this factor.
@@ -70,25 +70,17 @@ const MOST_WAYS: usize = 100;
 
 /// A curve of which sides are asked.
 pub(super) struct Sided<'a> {
-    pub problem: &'a SlopesProblem<f64>,
+    pub problem: &'a SlopesProblem,
     pub curves: &'a [Universal],
     pub asked: &'a [Asked],
     /// The turns of the polygon by which the rooms of every span are measured.
     pub sizes: &'a [f64],
 }
 
-/// The directions found, in turns from those of the problem.
-pub(super) struct Mended {
-    pub turns: Vec<f64>,
-    /// In the units of the problem.
-    pub cost: f64,
-    /// What a last step would save, relative to the ν-norm of the curvature: its root.
-    pub decrement: f64,
-    pub iterations: u32,
-    pub evaluations: u32,
-    pub standing: SlopesStanding,
-    /// The span that has no minimiser where cheaper curves lead.
-    pub culprit: Option<usize>,
+/// The directions that keep all rooms at least cost.
+pub(super) struct MendResult {
+    /// Its decrement is the root of what a last step would save, relative to the ν-norm of the curvature.
+    pub outcome: Outcome,
     /// Ends of spans that their side holds.
     pub held: usize,
 }
@@ -118,31 +110,23 @@ struct Assembly {
 }
 
 impl Sided<'_> {
-    fn angles(&self, k: usize, turns: &[f64]) -> [f64; 2] {
-        let [a, b] = self.problem.spans[k].angles;
-        [a + turns[k], b + turns[self.problem.after(k)]]
-    }
-
     /// The rooms of all spans; `None` where one turns by π or more.
     fn rooms(&self, turns: &[f64]) -> Option<Vec<[Option<Room>; 2]>> {
         let of_span = |k: usize| {
             let span = &self.problem.spans[k];
-            rooms(&self.curves[span.curve as usize], span.ends, &self.asked[k], self.angles(k, turns))
+            rooms(&self.curves[span.curve as usize], span.ends, &self.asked[k], self.problem.angles(k, turns))
         };
         (0..self.problem.spans.len()).map(of_span).collect()
     }
 
     fn evaluate(&self, k: usize, turns: &[f64]) -> Evaluation<f64> {
         let span = &self.problem.spans[k];
-        let (curve, [a, b]) = (&self.curves[span.curve as usize], self.angles(k, turns));
+        let (curve, [a, b]) = (&self.curves[span.curve as usize], self.problem.angles(k, turns));
         match span.ends {
             Ends::Directed => f64::run(Directed(curve, [a, b])),
             Ends::FreeStart => f64::run(FreeStart(curve, b)),
-            Ends::FreeEnd => {
-                let found = f64::run(FreeStart(curve, -a));
-                Evaluation { gradient: [-found.gradient[1], 0.0], hessian: [found.hessian[2], 0.0, 0.0], ..found }
-            }
-            Ends::Straight => Evaluation { cost: 0.0, gradient: [0.0; 2], hessian: [0.0; 3], exists: 1.0 },
+            Ends::FreeEnd => f64::run(FreeStart(curve, -a)).reversed(),
+            Ends::Straight => Evaluation::straight(),
         }
     }
 
@@ -156,13 +140,7 @@ impl Sided<'_> {
             return Err(None);
         }
         let spans: Vec<_> = (0..rooms.len()).map(|k| self.evaluate(k, &turns)).collect();
-        let mut gradient = vec![0.0; turns.len()];
-        let mut cost = 0.0;
-        for (k, (span, found)) in self.problem.spans.iter().zip(&spans).enumerate() {
-            cost += span.weight * found.cost;
-            gradient[k] += span.weight * found.gradient[0];
-            gradient[self.problem.after(k)] += span.weight * found.gradient[1];
-        }
+        let (cost, gradient) = self.problem.sum(&spans);
         let missing = spans.iter().position(|found| found.exists <= 0.0 || !found.cost.is_finite());
         match missing {
             None if cost > 0.0 && cost.is_finite() => Ok(Place { turns, cost, gradient, spans, rooms }),
@@ -176,7 +154,7 @@ impl Sided<'_> {
         Assembly { gradient: zero.clone(), diagonal: zero.clone(), coupling, scale: zero }
     }
 
-    /// Adds a span's derivatives, of which `size` are those of a sum of squares.
+    /// Adds a span's derivatives. `size` is the diagonal of their part that is a sum of squares.
     fn add(&self, to: &mut Assembly, k: usize, gradient: [f64; 2], hessian: [f64; 3], size: [f64; 2]) {
         let after = self.problem.after(k);
         to.gradient[k] += gradient[0];
@@ -223,30 +201,32 @@ impl Sided<'_> {
         let share = 1.0 / self.problem.exponent;
         let root = (place.cost / free).powf(share);
         let part = share * root / place.cost;
-        let mut all = self.assembly();
+        let mut system = self.assembly();
         for (k, (span, found)) in self.problem.spans.iter().zip(&place.spans).enumerate() {
             let part = part * span.weight;
             let hessian = found.hessian.map(|x| part * x);
-            self.add(&mut all, k, found.gradient.map(|x| part * x), hessian, [hessian[0].abs(), hessian[2].abs()]);
+            self.add(&mut system, k, found.gradient.map(|x| part * x), hessian, [hessian[0].abs(), hessian[2].abs()]);
             for room in place.rooms[k].iter().flatten() {
                 let [near, far] = [1.0 / room.value, 1.0 / (room.value + self.sizes[k])];
                 let (slope, square) = (weight * (far - near), weight * (near * near - far * far));
                 let ([a, b], bend) = (room.gradient, room.hessian.map(|x| slope * x));
                 let hessian = [square * a * a + bend[0], square * a * b + bend[1], square * b * b + bend[2]];
-                self.add(&mut all, k, [slope * a, slope * b], hessian, [square * a * a, square * b * b]);
+                self.add(&mut system, k, [slope * a, slope * b], hessian, [square * a * a, square * b * b]);
             }
         }
         let held = |k: usize, x: f64| self.problem.movable[k] * x;
         let along = (root * share * (1.0 - share)).sqrt() / place.cost;
-        let sides: Vec<[f64; 2]> =
-            (0..all.gradient.len()).map(|k| [held(k, -all.gradient[k]), held(k, along * place.gradient[k])]).collect();
+        let sides: Vec<[f64; 2]> = (0..system.gradient.len())
+            .map(|k| [held(k, -system.gradient[k]), held(k, along * place.gradient[k])])
+            .collect();
         for damping in DAMPINGS {
-            let Some(solved) = self.solved(&all, damping, sides.clone()) else { continue };
-            let dot = |which: usize| sides.iter().zip(&solved).map(|(side, own)| side[1] * own[which]).sum::<f64>();
+            let Some(solved) = self.solved(&system, damping, sides.clone()) else { continue };
+            let dot =
+                |which: usize| sides.iter().zip(&solved).map(|(side, solved)| side[1] * solved[which]).sum::<f64>();
             // Beyond it the root is no longer convex along the gradient of the energy.
             let left = 1.0 - dot(1);
             let more = if left > 0.1 { dot(0) / left } else { 0.0 };
-            let step: Vec<f64> = solved.iter().map(|[own, with]| own + more * with).collect();
+            let step: Vec<f64> = solved.iter().map(|[newton, along]| newton + more * along).collect();
             let slope = -sides.iter().zip(&step).map(|(side, step)| side[0] * step).sum::<f64>();
             if slope <= 0.0 {
                 return Some((step, slope, damping == 0.0));
@@ -256,7 +236,7 @@ impl Sided<'_> {
     }
 
     /// Goes down from directions that keep all rooms.
-    pub fn least(&self, start: Vec<f64>, most_iterations: u32) -> Option<Mended> {
+    pub fn least(&self, start: Vec<f64>, most_iterations: u32) -> Option<MendResult> {
         let mut place = self.place(start).ok()?;
         let mut culprit = None;
         let (mut iterations, mut evaluations) = (0, 1);
@@ -319,10 +299,11 @@ impl Sided<'_> {
         };
         let held = place.rooms.iter().zip(self.sizes).map(is_held).sum();
         let Place { turns, cost, .. } = place;
-        Some(Mended { turns, cost, decrement, iterations, evaluations, standing, culprit, held })
+        let outcome = Outcome { turns, cost, decrement, standing, iterations, evaluations, culprit };
+        Some(MendResult { outcome, held })
     }
 
-    /// Directions that keep all rooms, near those of the problem.
+    /// Directions that keep all rooms, near the reference directions.
     ///
     /// # Errors
     /// The end of a span that lacks most.
@@ -354,7 +335,7 @@ impl Sided<'_> {
 
     /// Σ (depth − room/size)² over the rooms that are less deep, and its Gauss–Newton matrix.
     fn lack(&self, turns: &[f64], depth: f64) -> Option<(f64, Assembly)> {
-        let mut all = self.assembly();
+        let mut system = self.assembly();
         let mut sum = 0.0;
         for (k, (rooms, size)) in self.rooms(turns)?.iter().zip(self.sizes).enumerate() {
             for room in rooms.iter().flatten() {
@@ -362,23 +343,23 @@ impl Sided<'_> {
                 if lack > 0.0 {
                     sum += lack * lack;
                     let [a, b] = room.gradient.map(|x| x / size);
-                    self.add(&mut all, k, [-lack * a, -lack * b], [a * a, a * b, b * b], [a * a, b * b]);
+                    self.add(&mut system, k, [-lack * a, -lack * b], [a * a, a * b, b * b], [a * a, b * b]);
                 }
             }
         }
-        Some((sum, all))
+        Some((sum, system))
     }
 
     /// Turns until all rooms are so deep, or no step leads on.
     fn deeper(&self, mut turns: Vec<f64>, depth: f64) -> Vec<f64> {
-        let Some((mut sum, mut all)) = self.lack(&turns, depth) else { return turns };
+        let Some((mut sum, mut system)) = self.lack(&turns, depth) else { return turns };
         let mut damping = 1e-3;
         for _ in 0..MOST_WAYS {
             if sum == 0.0 || damping > 1e6 {
                 break;
             }
-            let sides = (0..turns.len()).map(|k| [-self.problem.movable[k] * all.gradient[k]]).collect();
-            let step = self.solved(&all, damping, sides);
+            let sides = (0..turns.len()).map(|k| [-self.problem.movable[k] * system.gradient[k]]).collect();
+            let step = self.solved(&system, damping, sides);
             let trial = step.map(|step| {
                 let most = step.iter().fold(0.0f64, |most, [x]| most.max(x.abs()));
                 let part = if most > MOST_TURN { MOST_TURN / most } else { 1.0 };
@@ -386,7 +367,7 @@ impl Sided<'_> {
             });
             match trial.and_then(|trial| self.lack(&trial, depth).map(|lack| (trial, lack))) {
                 Some((trial, lack)) if lack.0 < sum => {
-                    (turns, (sum, all)) = (trial, lack);
+                    (turns, (sum, system)) = (trial, lack);
                     damping = (0.1 * damping).max(1e-9);
                 }
                 _ => damping *= 10.0,

@@ -13,11 +13,11 @@
 
 use std::f64::consts::PI;
 
-use super::super::slopes::Ends;
+use super::super::problem::Ends;
 use super::super::universal::Universal;
 use crate::sides::Asked;
 
-/// Directions and those of chords, up to π, are rounded; angles this far from a bound are on their side of it.
+/// Directions of tangents and chords, up to π, are rounded. Angles this far from a bound are on their side of it.
 const ROUNDING: f64 = 16.0 * PI * f64::EPSILON;
 
 /// C″ is a difference of numbers 1/t times as large. Below √ε of a turn its own value is less than their rounding.

@@ -7,7 +7,7 @@ use super::solve::near::smoothed;
 use super::solve::{Course, Shape};
 use super::{Frame, PI, TensionSegment};
 use crate::scf::evaluation::Evaluation;
-use crate::scf::slopes::Ends;
+use crate::scf::problem::Ends;
 
 /// The rules of an exponent, computed once.
 #[derive(Clone, Debug)]
@@ -78,7 +78,7 @@ impl Near {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct TensionSpan {
     pub chord: f64,
-    /// λ·chord^ν, that of a chord of 1.
+    /// λ·chord^ν: λ on a chord of 1.
     pub tension: f64,
     pub ends: Ends,
 }
@@ -96,13 +96,12 @@ impl TensionSpan {
         Some(Frame::of(self.chord, angles, law.0.under(self.tension)))
     }
 
-    /// The segment with these end angles, of which that of a free end is not looked at.
+    /// The segment with these end angles. The angle of a free end is ignored.
     pub fn segment(&self, law: &TensionLaw, angles: [f64; 2]) -> Option<TensionSegment> {
         self.segment_by(law, angles, None)
     }
 
-    /// The segment of the kind of one known and near it, if there is one; else that of
-    /// [`segment`](Self::segment).
+    /// The segment of the kind of one known and near it. If there is none, as [`segment`](Self::segment).
     pub fn segment_near(&self, law: &TensionLaw, angles: [f64; 2], known: &Near) -> Option<TensionSegment> {
         let near = known.shape.and_then(|shape| self.segment_by(law, angles, Some(&shape)));
         near.or_else(|| self.segment(law, angles))
@@ -171,8 +170,7 @@ impl TensionSpan {
         let sound = |found: &Evaluation<f64>| {
             [found.cost].iter().chain(&found.gradient).chain(&found.hessian).all(|x| x.is_finite())
         };
-        let none = Evaluation { cost: 0.0, gradient: [0.0; 2], hessian: [0.0; 3], exists: 0.0 };
-        let found = found.filter(sound).unwrap_or(none);
+        let found = found.filter(sound).unwrap_or(Evaluation::missing());
         known.found = Some((angles, found));
         found
     }

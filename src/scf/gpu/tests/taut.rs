@@ -2,10 +2,10 @@
 
 use super::*;
 use crate::scf::evaluation::Evaluation;
-use crate::scf::gpu::taut::{
-    Answer, AnswerParams, FLAG_ASKED, MOST_DOTS, TautSearch, answer_kernel, search_taut_on_gpu, taut_kernel,
-    tension_kernel,
-};
+use crate::scf::gpu::bounds::UNDER_TENSION;
+use crate::scf::gpu::search::{Answer, AnswerParams, FLAG_ASKED, search_on_gpu};
+use crate::scf::problem::Stages;
+use crate::scf::slopes::Search;
 use crate::scf::tension::{Near, TensionLaw, TensionSpan};
 
 const ENDS: [Ends; 3] = [Ends::Directed, Ends::FreeStart, Ends::FreeEnd];
@@ -57,7 +57,7 @@ fn followed_on_gpu(
     let buffers = [
         ("params", &recording.uniform(&EvaluationParams { tasks: spans.len() as u32 })),
         ("tasks", &recording.upload(&(0..spans.len() as u32).collect::<Vec<u32>>())),
-        ("laws", &recording.upload_reals(&laws.iter().flat_map(TensionLaw::packed).collect::<Vec<f64>>())),
+        ("exponents", &recording.upload_reals(&Family::UnderTension(laws).packed())),
         ("segments", &recording.upload(&table)),
         ("angles", &recording.upload_reals(&angles)),
         ("turns", &recording.upload_reals(&[0.0])),
@@ -65,7 +65,8 @@ fn followed_on_gpu(
         ("shapes", &recording.upload_reals(&shapes)),
         ("found", &found),
     ];
-    recording.dispatch(&tension_kernel(precision), spans.len(), GROUP, &buffers)?;
+    let [evaluation_kernel, _] = search_kernels(Family::UnderTension(laws), precision);
+    recording.dispatch(&evaluation_kernel, spans.len(), GROUP, &buffers)?;
     recording.download(&found);
     let results = recording.submit()?.wait()?;
     let all = results[0].reals();
@@ -128,50 +129,41 @@ fn segments_are_followed_to_the_costs_and_derivatives_of_the_cpu() {
     }
 }
 
-/// Curves of dots of one kind, λ = (2qτ)^ν on a chord of 1, of which every second dot is let loose later.
-fn taut(searches: Vec<Given>, laws: &[TensionLaw]) -> Vec<TautSearch> {
-    let one = |(problem, _): Given| {
+/// Curves of dots of one kind, λ = (2qτ)^ν on a chord of 1, of which every second dot becomes movable later.
+fn taut(problems: Vec<Given>, laws: &[TensionLaw]) -> Vec<SlopesSearch> {
+    let one = |problem: Given| {
         let tension = |nu: f64| (2.0 * (1.0 - 1.0 / nu)).powf(nu);
-        let law = |own: &Span<f64>| &laws[usize::from(own.curve)];
-        let span = |own: &Span<f64>| TensionSpan { chord: 1.0, tension: tension(law(own).exponent()), ends: own.ends };
+        let law = |span: &Span| &laws[usize::from(span.curve)];
+        let span = |span: &Span| TensionSpan { chord: 1.0, tension: tension(law(span).exponent()), ends: span.ends };
         let spans: Vec<TensionSpan> = problem.spans.iter().map(span).collect();
-        let mut known = vec![Near::default(); spans.len()];
-        let all = known.iter_mut().zip(&spans).zip(&problem.spans);
-        let found = all.map(|((known, span), own)| span.evaluate(law(own), own.angles, known)).collect();
-        let stages = (0..problem.movable.len()).map(|dot| dot % 2).collect();
-        TautSearch { problem, spans, known, found, stages, count: 2 }
+        let stages = Stages { of_dots: (0..problem.dots()).map(|dot| dot % 2).collect(), last: 1 };
+        SlopesSearch { stages, ..SlopesSearch::under_tension(problem, spans, laws) }
     };
-    searches.into_iter().map(one).collect()
+    problems.into_iter().map(one).collect()
 }
 
 /// The same search on the CPU.
-fn taut_on_cpu(search: &TautSearch, laws: &[TensionLaw]) -> Outcome {
+fn taut_on_cpu(search: &SlopesSearch, laws: &[TensionLaw]) -> Outcome {
     let mut known = search.known.clone();
-    let mut evaluate = |turns: &[f64]| -> Vec<Evaluation<f64>> {
-        let own = |(k, known): (usize, &mut Near)| {
-            let span = &search.problem.spans[k];
-            let [a, b] = span.angles;
-            let angles = [a + turns[k], b + turns[search.problem.after(k)]];
-            search.spans[k].evaluate(&laws[usize::from(span.curve)], angles, known)
-        };
-        known.iter_mut().enumerate().map(own).collect()
-    };
-    let (mut turns, mut iterations, mut outcome) = (vec![0.0; search.stages.len()], 0, None);
-    for stage in 0..search.count {
-        let mut problem = search.problem.clone();
-        let later = problem.movable.iter_mut().zip(&search.stages).filter(|(_, own)| **own > stage);
-        later.for_each(|(movable, _)| *movable = 0.0);
-        let tolerance = if stage + 1 == search.count { UNTIL.tolerance } else { 1e-3 };
-        let mut own = Search::new(problem, turns.clone()).by_span();
-        while own.standing == SlopesStanding::Running {
-            let found = evaluate(&own.trial);
-            own.receive(&found, &Until { tolerance, iterations: UNTIL.iterations - iterations });
-        }
-        iterations += own.iterations;
-        turns.clone_from(&own.turns);
-        outcome = Some(Outcome { iterations, ..Outcome::from(own) });
+    let mut running = Search::new(search.problem.clone()).by_span(search.stages.clone());
+    while running.standing == SlopesStanding::Running {
+        running.receive(&search.evaluate(laws, &running.trial, &mut known), &UNTIL);
     }
-    outcome.expect("there is a stage")
+    Outcome::from(running)
+}
+
+/// Outcomes of the kernel, and how many segments it asked for.
+fn taut_on_gpu(
+    gpu: &Gpu,
+    precision: Precision,
+    laws: &[TensionLaw],
+    searches: &[SlopesSearch],
+    until: &Until,
+) -> (Vec<Outcome>, usize) {
+    let searches: Vec<&SlopesSearch> = searches.iter().collect();
+    let (outcomes, answers) = search_on_gpu(gpu, precision, Family::UnderTension(laws), &searches, until).unwrap();
+    let unfinished = searches.iter().map(|search| Outcome::unfinished(&search.problem));
+    (outcomes.into_iter().zip(unfinished).map(|(outcome, unfinished)| outcome.unwrap_or(unfinished)).collect(), answers)
 }
 
 #[test]
@@ -182,9 +174,11 @@ fn curves_under_tension_are_let_loose_in_stages_and_end_as_on_the_cpu() {
     let wanted: Vec<Outcome> = searches.iter().map(|search| taut_on_cpu(search, &laws)).collect();
     assert!(wanted.iter().filter(|own| own.standing == SlopesStanding::Converged && own.iterations > 2).count() > 15);
     for precision in precisions(&gpu) {
-        let (found, asked) = search_taut_on_gpu(&gpu, precision, &laws, &searches, &UNTIL).unwrap();
-        println!("{precision:?}: {asked:?}");
-        assert!(20 * asked.answers < asked.evaluations, "{asked:?}");
+        let (found, answers) = taut_on_gpu(&gpu, precision, &laws, &searches, &UNTIL);
+        let trials: usize =
+            found.iter().zip(&searches).map(|(own, search)| own.evaluations as usize * search.spans.len()).sum();
+        println!("{precision:?}: {answers} of {trials}");
+        assert!(20 * answers < trials, "{answers} of {trials}");
         let mut left = 0;
         for (i, (found, wanted)) in found.iter().zip(&wanted).enumerate() {
             if precision == Precision::F64 {
@@ -211,7 +205,7 @@ fn a_curve_under_tension_has_the_same_bits_whatever_its_neighbours_order_and_chu
     let Some(gpu) = gpu() else { return };
     let laws = EXPONENTS.map(TensionLaw::new);
     let all = |searches: Vec<Given>, gpu: &Gpu, precision: Precision| {
-        search_taut_on_gpu(gpu, precision, &laws, &taut(searches, &laws), &UNTIL).unwrap().0
+        taut_on_gpu(gpu, precision, &laws, &taut(searches, &laws), &UNTIL).0
     };
     let searches = ragged(714);
     let limits = Limits { chunk_bytes: 30_000, ..*gpu.limits() };
@@ -231,13 +225,13 @@ fn what_a_thread_or_f32_cannot_hold_under_tension_is_searched_by_the_cpu() {
     let mut random = StdRng::seed_from_u64(715);
     let laws = EXPONENTS.map(TensionLaw::new);
     let short = given(&points(20, false, 0.2, &mut random), false, 1, &[]);
-    let long = given(&points(MOST_DOTS + 1, false, 0.05, &mut random), false, 1, &[]);
+    let long = given(&points(UNDER_TENSION.dots + 1, false, 0.05, &mut random), false, 1, &[]);
     let uneven = given(&[[0.0, 0.0], [1.0, 0.1], [1e5, 3e4], [1e5, 29_999.0]], false, 3, &[]);
     for (given, narrow, wide) in [(short, true, true), (long, false, false), (uneven, false, true)] {
-        let dots = given.1.len();
         let search = taut(vec![given], &laws).remove(0);
-        let own = [Precision::F32, Precision::F64].map(|precision| search.is_for_kernel(&laws, precision));
-        assert_eq!(own, [narrow, wide], "{dots} dots");
+        let family = Family::UnderTension(&laws);
+        let is = [Precision::F32, Precision::F64].map(|precision| is_for_kernel(family, &search, precision));
+        assert_eq!(is, [narrow, wide], "{} dots", search.problem.dots());
     }
 }
 
@@ -249,7 +243,7 @@ fn iterations_under_tension_run_out_where_they_are_told_to() {
     let searches = taut(vec![given(&points(12, false, 0.3, &mut random), false, 3, &[])], &laws);
     let until = Until { tolerance: 1e-10, iterations: 2 };
     for precision in precisions(&gpu) {
-        let (found, _) = search_taut_on_gpu(&gpu, precision, &laws, &searches, &until).unwrap();
+        let (found, _) = taut_on_gpu(&gpu, precision, &laws, &searches, &until);
         assert_eq!((found[0].standing, found[0].iterations), (SlopesStanding::Exhausted, 2), "{precision:?}");
     }
 }
@@ -257,24 +251,16 @@ fn iterations_under_tension_run_out_where_they_are_told_to() {
 #[test]
 fn host_structs_and_flags_of_tension_are_the_kernels() {
     for precision in [Precision::F32, Precision::F64] {
-        assert_layout!(tension_kernel(precision), EvaluationParams { tasks });
-        assert_layout!(tension_kernel(precision), Segment { owner, first, last, kind });
-        assert_layout!(taut_kernel(precision), SlopesParams { tasks, dots, most_iterations });
-        assert_layout!(taut_kernel(precision), SlopesCurve { start, dots, closed, stages });
         assert_layout!(answer_kernel(precision), AnswerParams { tasks });
         assert_layout!(answer_kernel(precision), Answer { segment, owner, is_first });
     }
-    let number = |path: &str, name: &str| -> u32 {
-        let (_, after) = kernel(path).split_once(&format!("const {name}: u32 = ")).expect("it is there");
-        after.split_once("u;").expect("a number").0.parse().expect("a number")
-    };
-    assert_eq!(number("scf/slopes/standing.wgsl", "FLAG_ASKED"), FLAG_ASKED);
+    assert_eq!(number("scf/slopes/standing.wgsl", "FLAG_ASKED"), FLAG_ASKED as usize);
     let law = TensionLaw::new(3.0).packed();
-    assert_eq!(number("scf/tension/quadrature.wgsl", "LAW_NUMBERS") as usize, law.len());
+    assert_eq!(number("scf/tension/quadrature.wgsl", "LAW_NUMBERS"), law.len());
     let rules = ["LAW_LEGENDRE", "LAW_INFLECTION", "LAW_FLAT"].map(|name| number("scf/tension/quadrature.wgsl", name));
     // ∫ x dx, ∫ x^{2/3} dx and ∫ x^{1/3} dx over (0, 1): x times what each rule is for.
     for (at, weight) in rules.into_iter().zip([0.0, -1.0 / 3.0, -2.0 / 3.0f64]) {
-        let nodes = law[at as usize..][..32].as_chunks::<2>().0;
+        let nodes = law[at..][..32].as_chunks::<2>().0;
         let sum: f64 = nodes.iter().map(|[x, w]| w * x.powf(weight + 1.0)).sum();
         assert!((sum - 1.0 / (weight + 2.0)).abs() < 1e-13, "{weight}: {sum}");
     }

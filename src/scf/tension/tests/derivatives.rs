@@ -1,5 +1,5 @@
 use super::*;
-use crate::scf::slopes::Ends;
+use crate::scf::problem::Ends;
 
 fn span(tension: f64, ends: Ends) -> TensionSpan {
     TensionSpan { chord: 1.0, tension, ends }

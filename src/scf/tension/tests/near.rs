@@ -2,7 +2,7 @@
 //! themselves.
 
 use super::*;
-use crate::scf::slopes::Ends;
+use crate::scf::problem::Ends;
 
 /// Follows random segments as their angles change by up to `far`: how many were followed, how many
 /// of those are another curve than the roots find, and the largest difference of the others' costs.
