@@ -125,7 +125,7 @@ impl Search {
     }
 
     /// Starts at other turns.
-    pub fn from(self, turns: Vec<f64>) -> Self {
+    pub fn turned(self, turns: Vec<f64>) -> Self {
         Search { trial: turns.clone(), turns, ..self }
     }
 

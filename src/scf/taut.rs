@@ -193,7 +193,7 @@ impl<'a> Taut<'a> {
         }
         let until = Until { iterations: until.iterations.saturating_sub(outcome.iterations), ..*until };
         let mut known = vec![Near::default(); self.search.spans.len()];
-        let mut search = Search::new(self.search.problem.clone()).from(outcome.turns).by_span(Stages::default());
+        let mut search = Search::new(self.search.problem.clone()).turned(outcome.turns).by_span(Stages::default());
         search.receive(&self.at(&search.trial, &mut known), &until);
         let least = if precision == Precision::F64 { NEAR } else { NEAR_NARROW };
         if search.decrement.is_nan() || search.decrement > least.max(2.0 * until.tolerance) {
