@@ -72,7 +72,7 @@ const CLOSE: f64 = 1e-9;
 /// Below this relative change of the cost, its root changes by ν⁻¹ of it.
 const NEARLY: f64 = 1e-4;
 
-/// The decrement at which a stage gives way to the next.
+/// The decrement at which a stage gives way to the next. Not in the kernel: the host gives it.
 pub(super) const ROUGHLY: f64 = 1e-3;
 
 impl From<Search> for Outcome {
