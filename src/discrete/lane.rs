@@ -264,9 +264,6 @@ pub(super) fn least<N: PartialOrd>(a: N, b: N) -> N {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::discrete::plan::Direction;
-
-    const PLAN: Plan = Plan { direction: Direction::Newton, step: Step::Search, order: 2, gauge: 0 };
 
     /// A trial along a direction of this slope, whose energy falls as promised or rises.
     fn trial(slope: f64, falls: bool) -> Trial<f64> {
