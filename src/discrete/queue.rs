@@ -8,6 +8,7 @@
 //! writes. Only the queue knows that there are many. It polls every curve until it asks for a descent or is done, descends
 //! what is asked for side by side, and hands the outcomes back.
 
+use std::collections::BTreeMap;
 use std::future::{Future, poll_fn};
 use std::pin::Pin;
 use std::sync::Mutex;
@@ -210,26 +211,21 @@ impl<'a> Queue<'a> {
 
     /// Descends what these curves ask for.
     fn answer<const D: usize>(&self, desks: &[Desk<D>], curves: impl Iterator<Item = usize>) -> Result<()> {
-        let mut groups: Vec<((Goal, bool), Vec<usize>, Vec<Box<Problem<D>>>)> = Vec::new();
+        let mut groups = BTreeMap::new();
         for i in curves {
             let State::Asked { problem, goal, on_cpu } = desks[i].replace(State::Idle) else { continue };
-            let at = groups.iter().position(|(key, ..)| *key == (goal, on_cpu)).unwrap_or(groups.len());
-            if at == groups.len() {
-                groups.push(((goal, on_cpu), vec![], vec![]));
-            }
-            groups[at].1.push(i);
-            groups[at].2.push(problem);
+            groups.entry((goal, on_cpu)).or_insert_with(Vec::new).push((i, problem));
         }
-        for ((goal, on_cpu), curves, problems) in groups {
+        for ((goal, on_cpu), asked) in groups {
             let of = self.descender(goal);
-            let all: Vec<&Problem<D>> = problems.iter().map(|problem| &**problem).collect();
+            let all: Vec<&Problem<D>> = asked.iter().map(|(_, problem)| &**problem).collect();
             // Notices a flag that stops the fit.
             let ended = |_: usize, _: &Outcome<D>| self.device.finished(0);
             let outcomes = match of.gpu.filter(|_| !on_cpu) {
                 Some((gpu, precision)) => descend_on_gpu(gpu, precision, &of.plan, &of.energy, &all, &ended)?,
                 None => descend_on_cpu(&of.plan, &of.energy, &all, &ended),
             };
-            for ((i, problem), outcome) in curves.into_iter().zip(problems).zip(outcomes) {
+            for ((i, problem), outcome) in asked.into_iter().zip(outcomes) {
                 desks[i].replace(State::Answered(problem, outcome));
             }
         }

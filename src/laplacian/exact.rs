@@ -139,7 +139,7 @@ impl<S: Real + Transformed> Exact<S> {
             }
             self.inverse.process_dct1_with_scratch(w, scratch);
             for x in w {
-                *x = *x * scale;
+                *x *= scale;
             }
         }
     }

@@ -390,7 +390,8 @@ impl<'a> Run<'a> {
                 self.absorb(i, k, last, &points[k * d..(k + 1) * d], self.weight(i, k))?;
             } else if last > first {
                 // The last points are at the parameter of the first one.
-                self.absorb(i, n - 1, first, &self.knot(last).to_vec(), self.knot_weight(last))?;
+                let point = self.knot(last).to_vec();
+                self.absorb(i, n - 1, first, &point, self.knot_weight(last))?;
                 self.values.copy_within(first * d..(first + 1) * d, last * d);
                 if self.averages {
                     self.weights[last] = self.weights[first];

@@ -42,7 +42,7 @@ pub fn eliminate<T: Real>(rows: &[Row<T>]) -> Reduced<T> {
         eliminated.push((alpha, gamma, delta));
         kept.excess += kept.right * share;
         kept.rhs += kept.right * delta;
-        kept.right = kept.right * gamma;
+        kept.right *= gamma;
     }
     Reduced { kept, last: (alpha, share, delta), eliminated }
 }
