@@ -6,7 +6,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::compose::{Composition, DeviceWeights};
 use super::energy::{Energy, bending, tension};
-use super::evaluate::{Evaluate, Evaluating, Evaluation, Ready, Want};
+use super::evaluation::{Evaluate, Evaluating, Evaluation, Ready, Want};
 use super::hessian::BLOCKS;
 use crate::bounds::Bounds;
 use crate::error::{Error, Result};

@@ -2,8 +2,8 @@
 //!
 //! A limit is c ≥ 0 at a vertex. Its terms are a [`Fence`] or a [`Wall`](super::energy::Wall). The next multiplier is ρs.
 
+use super::curve_limits::CurveLimits;
 use super::energy::{FENCE_KINDS, Fence, Wall, volume};
-use super::limits::CurveLimits;
 use super::multipliers::Multipliers;
 use super::problem::Problem;
 use crate::linalg::scalar::{dot, scale, subtract};

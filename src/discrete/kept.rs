@@ -1,8 +1,9 @@
 //! [`Kept`]: how a curve keeps its limits, in its report and in words.
 
+use super::curve_limits::CurveLimits;
 use super::fair::Fair;
 use super::fences::{Limit, Worst};
-use super::limits::{CurveLimits, Region};
+use super::limits::Region;
 use super::setup::Ready;
 use crate::batch::CurveBatch;
 use crate::linalg::scalar::{add, scale};

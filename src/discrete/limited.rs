@@ -10,11 +10,11 @@
 //! does not let them.
 
 use super::apart::Parting;
+use super::curve_limits::CurveLimits;
 use super::disc::Discs;
 use super::fences::{FIRST, Fences};
 use super::kept::{Ending, Kept};
 use super::lane::Standing;
-use super::limits::CurveLimits;
 use super::multipliers::{Constrained, Multipliers, Schedule};
 use super::problem::Outcome;
 use super::queue::{CurveFit, Goal};
@@ -137,7 +137,7 @@ pub(super) async fn keep<const D: usize>(
     let mut before: Option<(Outcome<D>, Kept)> = None;
     for first in firsts {
         let mut ready = free.clone();
-        let mut limits = fair.limits.of(batch, i, partings, &mut ready);
+        let mut limits = CurveLimits::of(&fair.limits, batch, i, partings, &mut ready);
         let has_converged = outcome.standing == Standing::Converged;
         if has_converged {
             ready.problem.rebase(&outcome.displacements);
@@ -221,7 +221,7 @@ pub(super) async fn keep_within<const D: usize>(
     partings: &[Parting],
 ) -> (Ready<D>, Option<Kept>) {
     let CurveFit { fair, batch, i, .. } = *curve;
-    let mut limits = fair.limits.of(batch, i, partings, &mut ready);
+    let mut limits = CurveLimits::of(&fair.limits, batch, i, partings, &mut ready);
     for (place, u) in ready.problem.places.iter_mut().zip(&outcome.displacements) {
         *place = add(*place, *u);
     }

@@ -3,20 +3,14 @@
 mod along;
 mod region;
 
-pub(super) use along::Span;
-use along::{Polygon, spans};
+pub(super) use along::{Polygon, Span, spans};
 pub(super) use region::Form;
 pub use region::Region;
-use region::first;
 
-use super::apart::{Parting, Partings};
-use super::energy::{FENCE_KINDS, FIRST_WAY, Fencing, WAYS};
-use super::problem::Problem;
-use super::setup::Ready;
-use super::walls::{Side, Walls};
+use super::energy::WAYS;
 use crate::batch::CurveBatch;
 use crate::error::{Error, Result};
-use crate::linalg::scalar::{self, Vector, add, scale, subtract};
+use crate::linalg::scalar::{self, Vector};
 
 /// A point may lie outside of its region by this part of its largest coordinate: it is rounding.
 const TOUCHING: f64 = 1e-12;
@@ -85,11 +79,6 @@ pub struct Limits {
     pub no_crossing: bool,
 }
 
-/// A half-plane between neighbours counts in units of the mean chord, or of so many times the room between them if that is less.
-///
-/// The margin of a limit is then a small part of that room.
-const OF_ROOM: f64 = 1e3;
-
 impl Limits {
     /// Whether there is nothing to keep in a batch.
     pub(super) fn is_empty(&self, batch: &CurveBatch) -> bool {
@@ -104,7 +93,7 @@ impl Limits {
     }
 
     /// Whether there are limits of places.
-    fn has_places(&self, batch: &CurveBatch) -> bool {
+    pub(super) fn has_places(&self, batch: &CurveBatch) -> bool {
         self.corridor.is_some() || !self.regions.is_empty() || batch.constraints().corridors.is_some()
     }
 
@@ -219,73 +208,6 @@ impl Limits {
         ))
     }
 
-    /// The limits of a curve at size 1, whose problem learns where it lies.
-    ///
-    /// `partings` are the half-planes between it and its neighbours.
-    pub(super) fn of<const D: usize>(
-        &self,
-        batch: &CurveBatch,
-        i: usize,
-        partings: &[Parting],
-        ready: &mut Ready<D>,
-    ) -> CurveLimits<D> {
-        let points = batch.points(i).as_chunks::<D>().0;
-        let spans = spans(&ready.rows, points.len());
-        let (closed, vertices, size) = (batch.is_closed(i), ready.problem.vertices(), ready.size);
-        let polygon = Polygon { spans: &spans, points, closed, vertices, size };
-        let slopes = polygon.slopes(self, batch, i);
-        let has_walls = self.has_places(batch) || !partings.is_empty();
-        let walls = has_walls.then(|| self.walls(batch, i, partings, ready, &polygon));
-        if walls.is_some() {
-            ready.place();
-        }
-        ready.problem.ways = self.ways();
-        let chords: f64 = batch.chords(i).sum();
-        let longest = self.stretch.map(|stretch| stretch * chords / size);
-        CurveLimits { slopes, walls, longest }
-    }
-
-    fn walls<const D: usize>(
-        &self,
-        batch: &CurveBatch,
-        i: usize,
-        partings: &[Parting],
-        ready: &Ready<D>,
-        polygon: &Polygon<'_, D>,
-    ) -> Walls<D> {
-        let Polygon { spans, points, vertices, size, .. } = *polygon;
-        let column = batch.constraints().corridors.as_deref();
-        let widths = of_spans(self.corridor, column, batch, i, spans);
-        // At size 1 from here on.
-        let from = ready.vertices[0];
-        let mut corridors = vec![None; if widths.is_some() { vertices } else { 0 }];
-        for (k, span) in spans.iter().enumerate() {
-            let chord = polygon.chord(span);
-            let [at, chord] = [subtract(points[span.point], from), chord].map(|x| scale(1.0 / size, x));
-            let Some(width) = widths.as_ref().map(|widths| widths[k] / size) else { continue };
-            let within = |width: f64, chord| width.is_finite().then(|| Form::corridor(at, chord, width));
-            let before = if k > 0 || polygon.closed { (k + spans.len() - 1) % spans.len() } else { k };
-            let least = widths.as_ref().map_or(width, |widths| width.min(widths[before] / size));
-            corridors[span.rows[0]] = within(least, [0.0; D]);
-            corridors[span.rows[0] + 1..span.rows[1]].fill(within(width, chord));
-            if span.rows[1] < vertices {
-                let end = Form::corridor(add(at, chord), [0.0; D], width);
-                corridors[span.rows[1]] = width.is_finite().then_some(end);
-            }
-        }
-        let unit = polygon.mean_chord();
-        let regions = self.regions.iter().map(|region| region.form(from, size, unit)).collect();
-        let side = |parting: &Parting| {
-            let [foot, axis] = [parting.foot, parting.axis].map(|v| first([v[0], v[1], 0.0]));
-            let unit = unit.min(OF_ROOM * parting.gap / size);
-            let form = Form::half_plane(scale(1.0 / size, subtract(foot, from)), axis, unit);
-            Side { row: ready.row_of_drawn(parting.row), form, neighbour: parting.neighbour }
-        };
-        let sides = partings.iter().map(side).collect();
-        let rows = spans.iter().map(|span| span.rows).collect();
-        Walls::new(regions, corridors, sides, rows, &ready.problem.pinned, vertices)
-    }
-
     /// The unit vectors along the directions of [`monotone`](Self::monotone) curves, then zeros.
     pub(super) fn ways(&self) -> [[f64; 3]; WAYS] {
         let mut ways = [[0.0; 3]; WAYS];
@@ -295,31 +217,10 @@ impl Limits {
         }
         ways
     }
-
-    /// What the curves of a batch are kept with, if they have limits. `partings` are between neighbours.
-    pub(super) fn fencing<const D: usize>(
-        &self,
-        batch: &CurveBatch,
-        partings: &Partings,
-        in_surface: bool,
-    ) -> Option<Fencing> {
-        if self.is_empty(batch) {
-            return None;
-        }
-        let mut kinds = [false; FENCE_KINDS];
-        kinds[0] = (0..batch.len()).any(|i| self.bounds_curvature(batch, i));
-        kinds[1] = self.shape && D == 2;
-        kinds[2] = self.shape && D == 3;
-        kinds[FIRST_WAY..].iter_mut().zip(&self.monotone).for_each(|(kind, _)| *kind = true);
-        let corridors = usize::from(self.corridor.is_some() || batch.constraints().corridors.is_some());
-        let walls = Walls::<D>::most(self.regions.len() + corridors + partings.most_at_a_vertex());
-        let stretch = self.stretch.is_some();
-        Some(Fencing { kinds, in_surface, ways: self.ways(), walls, stretch })
-    }
 }
 
 /// A bound for every span, infinite where there is none: the smaller one of all and of a column.
-fn of_spans(
+pub(super) fn of_spans(
     all: Option<f64>,
     column: Option<&[f64]>,
     batch: &CurveBatch,
@@ -333,22 +234,4 @@ fn of_spans(
     // `min` passes over NaN, which stands for a blank.
     let bound = |span: &Span| f64::INFINITY.min(of_column(span.point)).min(all.unwrap_or(f64::INFINITY));
     Some(spans.iter().map(bound).collect())
-}
-
-/// The limits of one curve, at size 1.
-#[derive(Clone, Debug)]
-pub(super) struct CurveLimits<const D: usize> {
-    /// The slopes β of the fences of every kind at each vertex, 0 where there is none. A kind without any is empty.
-    pub slopes: [Vec<f64>; FENCE_KINDS],
-    /// Those of places.
-    pub walls: Option<Walls<D>>,
-    /// The longest length.
-    pub longest: Option<f64>,
-}
-
-impl<const D: usize> CurveLimits<D> {
-    /// Measures what depends on where the problem's base stands.
-    pub fn measure(&mut self, problem: &Problem<D>) {
-        self.walls.iter_mut().for_each(|walls| walls.measure(problem));
-    }
 }

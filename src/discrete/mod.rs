@@ -48,6 +48,7 @@ mod compose;
 mod constrain;
 mod continuation;
 mod corners;
+mod curve_limits;
 mod curves;
 mod damped;
 pub(crate) mod descent;
@@ -59,6 +60,7 @@ mod edges;
 pub(crate) mod energy;
 mod evaluate;
 mod evaluate_gpu;
+mod evaluation;
 mod fair;
 mod fences;
 mod fit;
@@ -87,6 +89,7 @@ mod starts;
 mod stretch;
 mod stretches;
 mod tally;
+mod tangent_planes;
 #[cfg(test)]
 mod tests;
 mod untangle;
@@ -96,10 +99,10 @@ mod within;
 
 pub(crate) use descent_gpu::descent_kernels;
 pub use energy::*;
-#[doc(hidden)]
-pub use evaluate::Gauging;
-pub use evaluate::{Evaluate, Evaluation, Want};
 pub(crate) use evaluate_gpu::evaluate_kernels;
+#[doc(hidden)]
+pub use evaluation::Gauging;
+pub use evaluation::{Evaluate, Evaluation, Want};
 pub use fair::{Fair, Pins, Segments};
 pub use limits::{Limits, Region};
 pub use plan::{Direction, Step};

@@ -16,7 +16,7 @@ use super::energy::{Functional, MOST_EDGES};
 use super::hessian::{BlockHessian, COUPLED};
 use super::metric::Weights;
 use super::stretches::Stretches;
-use super::within::{self, Basis, TangentSystem};
+use super::tangent_planes::{Basis, TangentSystem, add_own, add_pair, between};
 use crate::linalg::banded::Banded;
 use crate::linalg::scalar::{Vector, add, dot, scale};
 use crate::linalg::{Scalar, operation};
@@ -340,9 +340,9 @@ impl<S: Scalar, const D: usize> Filling<'_, S, D> {
                     }
                 }
                 if k == 0 {
-                    within::add_own(system, v, &pair);
+                    add_own(system, v, &pair);
                 } else {
-                    within::add_pair(system, v, v + k, &pair);
+                    add_pair(system, v, v + k, &pair);
                 }
             }
         }
@@ -353,13 +353,13 @@ impl<S: Scalar, const D: usize> Filling<'_, S, D> {
     fn damp_tangent(&self, system: &mut TangentSystem<S>, vertices: usize) {
         for (v, damping) in self.damping.iter().enumerate().take(vertices) {
             let own = self.lambda * damping[0];
-            within::add_own(system, v, &[[own, S::ZERO], [S::ZERO, own]]);
+            add_own(system, v, &[[own, S::ZERO], [S::ZERO, own]]);
             for k in 1..3.min(vertices - v) {
-                let mut pair = within::between([&self.bases[v], &self.bases[v + k]]);
+                let mut pair = between([&self.bases[v], &self.bases[v + k]]);
                 for a in 0..2 {
                     pair[a] = scale(self.lambda * damping[k], pair[a]);
                 }
-                within::add_pair(system, v, v + k, &pair);
+                add_pair(system, v, v + k, &pair);
             }
         }
     }

@@ -15,6 +15,7 @@ use std::sync::Mutex;
 use std::task::{Context, Poll, Waker};
 
 use super::apart::Partings;
+use super::curve_limits::fencing;
 use super::descent_gpu::descend_on_gpu;
 use super::energy::Energy;
 use super::fair::Fair;
@@ -150,7 +151,7 @@ impl<'a> Queue<'a> {
         let descender = |energy: Energy| Descender::new(fair, energy, is_well_conditioned, device);
         let stages = fair.energy.stages().into_iter();
         let stages = stages.map(|bound| Ok((bound, descender(fair.energy.within(bound))?)));
-        let fencing = fair.limits.fencing::<D>(batch, partings, fair.surface.is_some());
+        let fencing = fencing::<D>(&fair.limits, batch, partings, fair.surface.is_some());
         let limited = fencing.map(|fencing| descender(fair.energy.fenced(fencing)));
         let free = descender(fair.energy.clone())?;
         Ok(Queue { device, stages: stages.collect::<Result<_>>()?, limited: limited.transpose()?, free })

@@ -19,17 +19,14 @@ use self::form::Form;
 pub(crate) use self::form::Local;
 pub(super) use self::form::has_kernel;
 use self::system::{Bend, Link, Saddle, add_edge, add_edges, in_plane};
-pub(super) use self::system::{TangentSystem, add_own, add_pair, between};
 use super::block::{Block, times};
 use super::edges::Edges;
 use super::energy::Functional;
 use super::energy::in_surface::{InSurface, Turn};
 use super::newton::Newton;
+use super::tangent_planes::{Basis, TangentSystem, add_own};
 use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
 use crate::linalg::{Scalar, operation};
-
-/// Two unit vectors across the normal.
-pub(super) type Basis<S, const D: usize> = [Vector<S, D>; 2];
 
 /// The surface of every lane, and what it does to its vertices.
 pub(crate) struct Within<S, const D: usize> {

@@ -17,7 +17,7 @@ pub(in crate::discrete) struct Span {
 /// The spans of a curve that have edges.
 ///
 /// `rows` are the vertices of the data points, at the end of a closed curve the first once more.
-pub(super) fn spans(rows: &[u32], points: usize) -> Vec<Span> {
+pub(in crate::discrete) fn spans(rows: &[u32], points: usize) -> Vec<Span> {
     let closed = rows.len() > points;
     let span = |k: usize| Span { point: k, next: (k + 1) % points, rows: [rows[k] as usize, rows[k + 1] as usize] };
     let mut spans: Vec<Span> = (0..rows.len() - 1).map(span).filter(|span| span.rows[0] < span.rows[1]).collect();
@@ -84,7 +84,7 @@ impl Limits {
 }
 
 /// The polygon of a curve's data points, span by span, and where its vertices are.
-pub(super) struct Polygon<'a, const D: usize> {
+pub(in crate::discrete) struct Polygon<'a, const D: usize> {
     pub spans: &'a [Span],
     pub points: &'a [Vector<f64, D>],
     pub closed: bool,

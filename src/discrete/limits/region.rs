@@ -79,7 +79,7 @@ impl Region {
     /// The region's form at size 1 from a point on.
     ///
     /// `unit` is the length in which a half space counts.
-    pub(super) fn form<const D: usize>(&self, from: Vector<f64, D>, size: f64, unit: f64) -> Form<D> {
+    pub(in crate::discrete) fn form<const D: usize>(&self, from: Vector<f64, D>, size: f64, unit: f64) -> Form<D> {
         let at = |center: [f64; 3]| scale(1.0 / size, subtract(first::<D>(center), from));
         let disc = |center: [f64; 3], bend: f64, offset: f64| Form {
             wall: Wall { foot: at(center), bend, ..Wall::NONE },
@@ -147,7 +147,7 @@ impl<const D: usize> Form<D> {
     }
 }
 
-pub(super) fn first<const D: usize>(x: [f64; 3]) -> Vector<f64, D> {
+fn first<const D: usize>(x: [f64; 3]) -> Vector<f64, D> {
     std::array::from_fn(|c| x[c])
 }
 

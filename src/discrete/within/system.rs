@@ -15,13 +15,9 @@ use super::super::block::{Block, times};
 use super::super::energy::Fence;
 use super::super::energy::in_surface::{InSurface, Parts};
 use super::super::stretches::Stretch;
-use super::Basis;
+use super::super::tangent_planes::{Basis, TangentSystem, add_own, add_pair, between, onto};
 use crate::linalg::Scalar;
-use crate::linalg::banded::Banded;
 use crate::linalg::scalar::{Vector, dot, subtract};
-
-/// A system of two unknowns a vertex.
-pub(in crate::discrete) type TangentSystem<S> = Banded<S, 5>;
 
 /// An edge in the coordinates of its ends.
 #[derive(Clone, Copy)]
@@ -46,18 +42,6 @@ pub(super) struct Saddle<S> {
     pub shape: Block<S, 2>,
     /// w
     pub across: Vector<S, 2>,
-}
-
-/// Bᵀ x
-#[inline(always)]
-pub(super) fn onto<S: Scalar, const D: usize>(basis: &Basis<S, D>, x: Vector<S, D>) -> Vector<S, 2> {
-    [dot(basis[0], x), dot(basis[1], x)]
-}
-
-/// B₀ᵀ B₁
-#[inline(always)]
-pub(in crate::discrete) fn between<S: Scalar, const D: usize>(bases: [&Basis<S, D>; 2]) -> Block<S, 2> {
-    [onto(bases[1], bases[0][0]), onto(bases[1], bases[0][1])]
 }
 
 /// Bᵀ M B for a symmetric M.
@@ -122,29 +106,6 @@ impl<S: Scalar> Three<S> {
         for pair in 0..3 {
             let (i, k) = PAIRS[pair];
             add_pair(system, first + i, first + k, &self.pairs[pair]);
-        }
-    }
-}
-
-/// Adds a symmetric block of a vertex, of which the lower triangle is read.
-#[inline(always)]
-pub(in crate::discrete) fn add_own<S: Scalar>(system: &mut TangentSystem<S>, vertex: usize, block: &Block<S, 2>) {
-    system.add_diagonal(2 * vertex, block[0][0]);
-    system.add_diagonal(2 * vertex + 1, block[1][1]);
-    system.add_entry(2 * vertex + 1, 2 * vertex, block[1][0]);
-}
-
-/// Adds a block of the coordinates of a vertex and those of a later one.
-#[inline(always)]
-pub(in crate::discrete) fn add_pair<S: Scalar>(
-    system: &mut TangentSystem<S>,
-    vertex: usize,
-    later: usize,
-    block: &Block<S, 2>,
-) {
-    for a in 0..2 {
-        for b in 0..2 {
-            system.add_entry(2 * later + b, 2 * vertex + a, block[a][b]);
         }
     }
 }

@@ -1,0 +1,115 @@
+//! [`CurveLimits`]: the [limits](Limits) of one curve at its vertices.
+
+use super::apart::{Parting, Partings};
+use super::energy::{FENCE_KINDS, FIRST_WAY, Fencing};
+use super::limits::{Form, Limits, Polygon, of_spans, spans};
+use super::problem::Problem;
+use super::setup::Ready;
+use super::walls::{Side, Walls};
+use crate::batch::CurveBatch;
+use crate::linalg::scalar::{add, scale, subtract};
+
+/// A half-plane between neighbours counts in units of the mean chord, or of so many times the room between them if that is less.
+///
+/// The margin of a limit is then a small part of that room.
+const OF_ROOM: f64 = 1e3;
+
+/// The limits of one curve, at size 1.
+#[derive(Clone, Debug)]
+pub(super) struct CurveLimits<const D: usize> {
+    /// The slopes β of the fences of every kind at each vertex, 0 where there is none. A kind without any is empty.
+    pub slopes: [Vec<f64>; FENCE_KINDS],
+    /// Those of places.
+    pub walls: Option<Walls<D>>,
+    /// The longest length.
+    pub longest: Option<f64>,
+}
+
+impl<const D: usize> CurveLimits<D> {
+    /// The limits of a curve at size 1, whose problem learns where it lies.
+    ///
+    /// `partings` are the half-planes between it and its neighbours.
+    pub fn of(own: &Limits, batch: &CurveBatch, i: usize, partings: &[Parting], ready: &mut Ready<D>) -> Self {
+        let points = batch.points(i).as_chunks::<D>().0;
+        let spans = spans(&ready.rows, points.len());
+        let (closed, vertices, size) = (batch.is_closed(i), ready.problem.vertices(), ready.size);
+        let polygon = Polygon { spans: &spans, points, closed, vertices, size };
+        let slopes = polygon.slopes(own, batch, i);
+        let has_walls = own.has_places(batch) || !partings.is_empty();
+        let walls = has_walls.then(|| walls_of(own, batch, i, partings, ready, &polygon));
+        if walls.is_some() {
+            ready.place();
+        }
+        ready.problem.ways = own.ways();
+        let chords: f64 = batch.chords(i).sum();
+        let longest = own.stretch.map(|stretch| stretch * chords / size);
+        CurveLimits { slopes, walls, longest }
+    }
+
+    /// Measures what depends on where the problem's base stands.
+    pub fn measure(&mut self, problem: &Problem<D>) {
+        self.walls.iter_mut().for_each(|walls| walls.measure(problem));
+    }
+}
+
+fn walls_of<const D: usize>(
+    limits: &Limits,
+    batch: &CurveBatch,
+    i: usize,
+    partings: &[Parting],
+    ready: &Ready<D>,
+    polygon: &Polygon<'_, D>,
+) -> Walls<D> {
+    let Polygon { spans, points, vertices, size, .. } = *polygon;
+    let column = batch.constraints().corridors.as_deref();
+    let widths = of_spans(limits.corridor, column, batch, i, spans);
+    // At size 1 from here on.
+    let from = ready.vertices[0];
+    let mut corridors = vec![None; if widths.is_some() { vertices } else { 0 }];
+    for (k, span) in spans.iter().enumerate() {
+        let chord = polygon.chord(span);
+        let [at, chord] = [subtract(points[span.point], from), chord].map(|x| scale(1.0 / size, x));
+        let Some(width) = widths.as_ref().map(|widths| widths[k] / size) else { continue };
+        let within = |width: f64, chord| width.is_finite().then(|| Form::corridor(at, chord, width));
+        let before = if k > 0 || polygon.closed { (k + spans.len() - 1) % spans.len() } else { k };
+        let least = widths.as_ref().map_or(width, |widths| width.min(widths[before] / size));
+        corridors[span.rows[0]] = within(least, [0.0; D]);
+        corridors[span.rows[0] + 1..span.rows[1]].fill(within(width, chord));
+        if span.rows[1] < vertices {
+            let end = Form::corridor(add(at, chord), [0.0; D], width);
+            corridors[span.rows[1]] = width.is_finite().then_some(end);
+        }
+    }
+    let unit = polygon.mean_chord();
+    let regions = limits.regions.iter().map(|region| region.form(from, size, unit)).collect();
+    let side = |parting: &Parting| {
+        let [foot, axis] = [parting.foot, parting.axis].map(|v| std::array::from_fn(|c| v[c]));
+        let unit = unit.min(OF_ROOM * parting.gap / size);
+        let form = Form::half_plane(scale(1.0 / size, subtract(foot, from)), axis, unit);
+        Side { row: ready.row_of_drawn(parting.row), form, neighbour: parting.neighbour }
+    };
+    let sides = partings.iter().map(side).collect();
+    let rows = spans.iter().map(|span| span.rows).collect();
+    Walls::new(regions, corridors, sides, rows, &ready.problem.pinned, vertices)
+}
+
+/// What the curves of a batch are kept with, if they have limits. `partings` are between neighbours.
+pub(super) fn fencing<const D: usize>(
+    limits: &Limits,
+    batch: &CurveBatch,
+    partings: &Partings,
+    in_surface: bool,
+) -> Option<Fencing> {
+    if limits.is_empty(batch) {
+        return None;
+    }
+    let mut kinds = [false; FENCE_KINDS];
+    kinds[0] = (0..batch.len()).any(|i| limits.bounds_curvature(batch, i));
+    kinds[1] = limits.shape && D == 2;
+    kinds[2] = limits.shape && D == 3;
+    kinds[FIRST_WAY..].iter_mut().zip(&limits.monotone).for_each(|(kind, _)| *kind = true);
+    let corridors = usize::from(limits.corridor.is_some() || batch.constraints().corridors.is_some());
+    let walls = Walls::<D>::most(limits.regions.len() + corridors + partings.most_at_a_vertex());
+    let stretch = limits.stretch.is_some();
+    Some(Fencing { kinds, in_surface, ways: limits.ways(), walls, stretch })
+}
