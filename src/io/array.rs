@@ -3,7 +3,7 @@
 use std::io::{self, Cursor, Read, Write};
 use std::sync::Arc;
 
-use super::formats::Entry;
+use super::entry::Entry;
 use super::npy::{self, Array, Elements, Header, numbers};
 use super::npz::tuple;
 use super::source::Source;

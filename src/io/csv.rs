@@ -15,7 +15,7 @@ pub(super) use self::dialect::Dialect;
 use self::rows::Rows;
 use super::columns::STATUS;
 use super::encoding::NOT_UTF8;
-use super::formats::Entry;
+use super::entry::Entry;
 use super::limits::ROW_BYTES;
 use super::source::{RowReader, Source, read_line};
 use super::text::Text;

@@ -6,11 +6,11 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 
 use super::knots::Knots;
-use super::packing::{Frame, frames_of};
-use super::sample::Sites;
+pub(crate) use super::packing::{EndDerivatives, Fitted, Samples};
+use super::packing::{SplineRun, frames_of};
 use crate::error::Result;
 use crate::gpu::source::definitions;
-use crate::gpu::{Buffer, Gpu, KernelKey, Lost, Pending, Recording, kept, once, pipeline, plan};
+use crate::gpu::{Buffer, Gpu, KernelKey, Pending, Recording, kept, once, pipeline, plan};
 use crate::linalg::ring::{RingKernel, RowSource, Solve};
 use crate::precision::Precision;
 use crate::ragged;
@@ -25,34 +25,6 @@ pub(crate) struct SampleParams {
     pub count: u32,
     pub per_span: u32,
     pub dimension: u32,
-}
-
-/// Derivatives at the ends of clamped curves, in input units.
-pub(crate) trait EndDerivatives: Sync {
-    /// At the first (`end` 0) or last (1) knot of curve `i`. `None` if the end is natural.
-    fn end_derivative(&self, i: usize, end: usize) -> Option<&[f64]>;
-}
-
-/// Which samples to take on the device in the submission that fits.
-pub(crate) enum Samples<'a> {
-    /// None.
-    None,
-    /// As many per span, and a last one for open curves.
-    PerSpan(usize),
-    /// At given sites.
-    At(&'a Sites),
-}
-
-/// The results of the device.
-pub(crate) struct Fitted {
-    /// Second derivatives at all knots, in input units.
-    pub second: Vec<f64>,
-    /// Samples of curve `i` from `offsets[i]` on, knot by knot: coordinates in input units.
-    pub samples: Vec<f64>,
-    /// Curves whose numbers left the range of the device's floats. The CPU must fit them.
-    pub overflowed: Vec<usize>,
-    /// Set if the device was lost.
-    pub lost: Option<Lost>,
 }
 
 /// Where samples of each curve start in [`Fitted::samples`], in points.
@@ -159,15 +131,6 @@ fn chunks(gpu: &Gpu, precision: Precision, knots: &Knots, samples: &Samples<'_>)
     });
     let largest = real * (d * per_knot) as u64;
     plan::chunks(points, largest, real * (2 + 3 * d) as u64 + 2 * largest, gpu.limits())
-}
-
-/// A run over chunks of curves, for recordings and for `packing`.
-pub(super) struct SplineRun<'a> {
-    pub knots: &'a Knots,
-    pub frames: &'a [Frame],
-    pub ends: &'a dyn EndDerivatives,
-    pub samples: &'a Samples<'a>,
-    pub sample_offsets: &'a [usize],
 }
 
 impl SplineRun<'_> {

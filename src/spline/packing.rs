@@ -2,11 +2,11 @@
 
 use std::ops::Range;
 
-use super::gpu::{Fitted, Samples, SplineRun};
 use super::knots::Knots;
+use super::sample::Sites;
 use crate::bounds::Bounds;
 use crate::error::Result;
-use crate::gpu::{Downloaded, unwritten};
+use crate::gpu::{Downloaded, Lost, unwritten};
 use crate::linalg::Real;
 use crate::linalg::ring::{FLAG_CYCLIC, STATUS_SINGULAR, STATUS_SOLVED, System};
 use crate::parallel;
@@ -67,6 +67,43 @@ impl Frame {
 /// Ends of curves by points, as those by coordinates.
 fn coordinates(ends: &[usize], d: usize) -> Vec<usize> {
     ends.iter().map(|end| end * d).collect()
+}
+
+/// Derivatives at the ends of clamped curves, in input units.
+pub(crate) trait EndDerivatives: Sync {
+    /// At the first (`end` 0) or last (1) knot of curve `i`. `None` if the end is natural.
+    fn end_derivative(&self, i: usize, end: usize) -> Option<&[f64]>;
+}
+
+/// A run over chunks of curves, for recordings and for `packing`.
+pub(super) struct SplineRun<'a> {
+    pub knots: &'a Knots,
+    pub frames: &'a [Frame],
+    pub ends: &'a dyn EndDerivatives,
+    pub samples: &'a Samples<'a>,
+    pub sample_offsets: &'a [usize],
+}
+
+/// The results of the device.
+pub(crate) struct Fitted {
+    /// Second derivatives at all knots, in input units.
+    pub second: Vec<f64>,
+    /// Samples of curve `i` from `offsets[i]` on, knot by knot: coordinates in input units.
+    pub samples: Vec<f64>,
+    /// Curves whose numbers left the range of the device's floats. The CPU must fit them.
+    pub overflowed: Vec<usize>,
+    /// Set if the device was lost.
+    pub lost: Option<Lost>,
+}
+
+/// Which samples to take on the device in the submission that fits.
+pub(crate) enum Samples<'a> {
+    /// None.
+    None,
+    /// As many per span, and a last one for open curves.
+    PerSpan(usize),
+    /// At given sites.
+    At(&'a Sites),
 }
 
 impl SplineRun<'_> {

@@ -4,6 +4,7 @@ use rustc_hash::FxHashMap;
 
 use super::edges;
 use super::frame;
+use super::stop::Stop;
 use super::vertices::Vertices;
 use crate::batch::CurveBatch;
 
@@ -15,17 +16,6 @@ pub(super) struct Use {
     pub reversed: bool,
     /// Whole turns of longitude from the arc to the curve.
     pub turn: i32,
-}
-
-/// A vertex on an arc.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Stop {
-    pub vertex: u32,
-    /// Whole turns of longitude, from the vertex to the point.
-    pub turn: i32,
-    /// The curve and its point where the arc was first found.
-    pub curve: u32,
-    pub point: u32,
 }
 
 /// The distinct chains of vertices between junctions.

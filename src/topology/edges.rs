@@ -3,8 +3,8 @@
 
 use glam::DVec3;
 
-use super::arcs::Stop;
 use super::crossings::{self, Line, Place};
+use super::stop::Stop;
 use super::vertices::Vertices;
 use crate::batch::CurveBatch;
 

@@ -37,6 +37,7 @@ mod mend;
 mod nesting;
 mod sampled;
 mod samples;
+mod stop;
 mod strokes;
 mod tight;
 mod vertices;
@@ -47,8 +48,9 @@ use std::sync::Arc;
 use crate::batch::CurveBatch;
 use crate::error::{Error, Result};
 use crate::report::Fit;
-use arcs::{Arcs, Stop, Use};
+use arcs::{Arcs, Use};
 use map::Map;
+use stop::Stop;
 use strokes::Strokes;
 use vertices::Vertices;
 

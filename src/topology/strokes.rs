@@ -2,7 +2,8 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::arcs::{Arcs, Stop};
+use super::arcs::Arcs;
+use super::stop::Stop;
 use super::vertices::Vertices;
 use crate::batch::{CurveBatch, Traced};
 use crate::constraint::Constraints;

@@ -13,7 +13,7 @@ mod write;
 
 use std::ops::Range;
 
-use super::formats::Entry;
+use super::entry::Entry;
 pub(super) use read::read;
 pub(super) use write::{fills, holds, is_own, objects, write_with};
 

@@ -8,7 +8,7 @@ mod write;
 
 use std::ops::Range;
 
-use super::formats::Entry;
+use super::entry::Entry;
 use crate::batch::{Column, CurveBatch, Values};
 
 pub(super) const ENTRY: Entry = Entry {

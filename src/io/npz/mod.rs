@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use super::antimeridian::{self, wrapped};
 use super::columns::{Between, STATUS};
-use super::formats::Entry;
+use super::entry::Entry;
 use super::npy::{integers, numbers, texts};
 use super::source::Source;
 use super::{Antimeridian, ReadOptions, WriteOptions, close, close_as_marked, free_names};

@@ -11,7 +11,7 @@ mod shape;
 mod transform;
 mod write;
 
-use super::formats::Entry;
+use super::entry::Entry;
 
 pub(super) const ENTRY: Entry = Entry {
     reads: "paths, lines, polygons, rectangles, circles, ellipses",

@@ -9,7 +9,7 @@ mod write;
 
 pub(super) use read::as_geojson;
 
-use super::formats::Entry;
+use super::entry::Entry;
 use super::geojson;
 
 pub(super) const ENTRY: Entry = Entry {

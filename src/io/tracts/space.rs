@@ -2,9 +2,10 @@
 
 use super::Bytes;
 use super::CutOff;
-use super::trk::HEADER_BYTES;
 use glam::{DAffine3, DMat3, DVec3};
 use nalgebra::{Matrix3, SVD};
+
+pub(super) const HEADER_BYTES: usize = 1000;
 
 /// Places in the header.
 const DIMENSIONS: usize = 6;

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::{Bytes, as_streamlines, cut_off, streamline};
 use crate::batch::{CurveBatch, Origin};
 use crate::error::{Result, quoted};
-use crate::io::formats::Entry;
+use crate::io::entry::Entry;
 use crate::io::source::Source;
 use crate::io::{ReadOptions, is_finite};
 

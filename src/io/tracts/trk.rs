@@ -7,11 +7,11 @@
 use std::io::{self, Write};
 use std::sync::Arc;
 
-use super::space::to_millimetres;
+use super::space::{HEADER_BYTES, to_millimetres};
 use super::{Bytes, CutOff, as_streamlines, cut_off, streamline};
 use crate::batch::{Column, CurveBatch, Origin, Values};
 use crate::error::{Error, Result};
-use crate::io::formats::Entry;
+use crate::io::entry::Entry;
 use crate::io::source::Source;
 use crate::io::{ReadOptions, encoding};
 use glam::{DAffine3, DVec3};
@@ -25,8 +25,6 @@ pub(in crate::io) const ENTRY: Entry = Entry {
     check,
     ..Entry::new("trk", "TRK", read, |out, batch, _, _| write(out, batch))
 };
-
-pub(super) const HEADER_BYTES: usize = 1000;
 
 /// Places in the header.
 const SCALARS: (usize, usize) = (36, 38);
