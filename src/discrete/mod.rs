@@ -16,6 +16,8 @@
 //!   equal, and does not change the shape. With it the Hessian H is regular at a minimum, and three
 //!   steps suffice. L is the Sobolev inner product of the energy's order. λ grows from 0 where H is
 //!   indefinite or a step fails. The decrement √(−g·p) says when it is enough.
+//! - A strategy is an `async fn` for one curve: it asks the queue for a descent and goes on with the outcome. Only the
+//!   queue knows that there are many curves.
 //! - Sobolev gradients L⁻¹g are the other way to descend. An ordinary gradient has two derivatives
 //!   fewer than the curve for every order of the energy, so steps along it are of the size of the
 //!   finest edge. In the inner product of the energy's order the number of steps does not depend on
@@ -26,6 +28,20 @@
 //!   direction, stay within a corridor and other regions, or are no longer than a bound.
 //! - With [`Fair::surface`] curves lie in a surface. There [`geodesic_bending`] makes elastic curves and geodesics.
 //! - With [`Fair::corners`] curves are cut where their points turn sharply.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `fair`, `limits` | options |
+//! | `division`, `setup`, `constrain`, `corners`, `flat`, `near`, `starts` | from data points to problems |
+//! | `edges`, `energy`, `hessian`, `newton`, `within` | an energy, its derivatives and the systems of a step |
+//! | `lane`, `damped`, `metric`, `line_search`, `descent` | descents side by side |
+//! | `problem`, `descent_gpu` | descents of many problems, on the CPU and on a GPU |
+//! | `queue` | what curves ask for |
+//! | `continuation`, `rough`, `minimise` | the way of a curve to a minimum |
+//! | `untangle`, `restarts` | minima that do not cross themselves, and the cheapest of several |
+//! | `multipliers`, `fences`, `walls`, `stretch`, `disc` | constraints |
+//! | `limited`, `deviation`, `apart` | curves within limits, near their points, apart from each other |
+//! | `pieces`, `fit` | a batch from its options to its reports |
 //!
 //! The start comes from the spline module. It is the natural spline through the points. For a
 //! deviation the λ of the smoothing spline is the first guess of a weight.
