@@ -43,7 +43,7 @@ impl Fair {
     /// # Errors
     /// - Weights that are negative or not finite, no energy at all, or an exponent below 1.
     /// - A tolerance, a number of segments or pins that make no sense.
-    /// - A spacing that makes more than [`Segments::MOST_VERTICES`].
+    /// - A spacing that makes more than [`Segments::MOST_VERTICES`](super::Segments::MOST_VERTICES).
     /// - Columns `nu` and `known`.
     /// - On a GPU, errors of submissions.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {

@@ -41,7 +41,7 @@ struct FittedCurve<const D: usize> {
     /// Whether the CPU descended, in part or wholly.
     on_cpu: bool,
     /// Where the curve starts again, if it may not cross others.
-    start: Option<Restart<D>>,
+    start: Option<Box<Restart<D>>>,
 }
 
 enum Restart<const D: usize> {
@@ -149,10 +149,11 @@ async fn fit_one<const D: usize>(
     let Some(allowed) = allowed else {
         let own = best(&curve, ready).await;
         let found = reported(&curve, &own, &own.outcome, own.kept.as_ref());
-        return FittedCurve { found, on_cpu: own.outcome.on_cpu, start: keeps_apart.then_some(Restart::Through(own)) };
+        let on_cpu = own.outcome.on_cpu;
+        return FittedCurve { found, on_cpu, start: keeps_apart.then(|| Box::new(Restart::Through(own))) };
     };
     let near = Box::pin(within_discs(&curve, ready, allowed, in_f32)).await;
-    let start = keeps_apart.then(|| Restart::Near(near.clone()));
+    let start = keeps_apart.then(|| Box::new(Restart::Near(near.clone())));
     let (found, on_cpu) = Box::pin(near.kept(&curve, &[])).await;
     FittedCurve { found, on_cpu, start }
 }

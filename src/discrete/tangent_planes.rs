@@ -1,5 +1,8 @@
 //! Systems of two unknowns a vertex, in the coordinates of tangent planes.
 
+// Loops over coordinates by index match the formulas.
+#![allow(clippy::needless_range_loop)]
+
 use super::block::Block;
 use crate::linalg::Scalar;
 use crate::linalg::banded::Banded;

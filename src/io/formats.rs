@@ -40,8 +40,8 @@ formats! {
     /// new coordinates.
     TopoJson: topojson,
     /// Scalable Vector Graphics: one curve per subpath or other shape, after transforms: its
-    /// vertices, points along its [curves](ReadOptions::flatness), or [control
-    /// points](ReadOptions::controls). The drawing that was read is written, with new paths.
+    /// vertices, points along its [curves](super::ReadOptions::flatness), or [control
+    /// points](super::ReadOptions::controls). The drawing that was read is written, with new paths.
     Svg: svg,
     /// NumPy's archive of arrays: `coords`, `offsets`, `t`, `weight`, `known`, `closed`, `names`;
     /// or nibabel's streamlines, `data`, `offsets` and `lengths`.
@@ -96,7 +96,7 @@ impl Format {
         self.entry().columns
     }
 
-    /// Whether it holds the [statuses](WriteOptions::statuses) of curves.
+    /// Whether it holds the [statuses](super::WriteOptions::statuses) of curves.
     pub fn has_statuses(self) -> bool {
         self.entry().statuses
     }

@@ -57,7 +57,7 @@ pub struct Bar {
     pub colours: Vec<[u8; 3]>,
 }
 
-/// One field of a [`Sheet`](super::Sheet): curves, dots on top, a title above.
+/// One field of a [`Sheet`](super::drawing::Sheet): curves, dots on top, a title above.
 ///
 /// Both axes have one scale, and y points up.
 #[derive(Clone, Debug, PartialEq)]

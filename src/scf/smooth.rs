@@ -320,6 +320,10 @@ impl Smooth {
             };
             return Err(Unfitted { status, message: batch.sentence(i, culprit, &what) });
         };
+        if let Some(end) = chain.knots.iter().position(|knot| !knot.is_finite()) {
+            let what = "the curve from this point to the next is too long for the range of numbers: scale the curve";
+            return Err(Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, end - 1, what) });
+        }
         let decrements =
             format!("with a decrement of {:.1e} where {:.1e} was asked for", found.decrement, self.tolerance);
         let (status, point, what) = match found.standing {

@@ -94,6 +94,11 @@ fn what_cannot_be_fitted_says_why_and_comes_out_as_it_came_in() {
     let (status, message) = said(2.0, &one(&points, false));
     assert_eq!(status, CurveStatus::Invalid);
     assert!(message.contains("y is NaN; every coordinate must be a finite number"), "{message}");
+    let far = [[-4.9e21, 0.0], [1e-300, 1.2], [1e300, 0.0]];
+    let (status, message) = said(2.0, &one(&far, false));
+    let sentence =
+        "curve 0, point 1: the curve from this point to the next is too long for the range of numbers: scale the curve";
+    assert_eq!((status, message.as_str()), (CurveStatus::Invalid, sentence));
     let (status, message) = said(2.0, &constrained(&S, false, &[(3, [0.0, 0.0])], &[]));
     let sentence = "curve 0, point 3: the tangent is 0 long and has no direction: leave it out, or give one";
     assert_eq!((status, message.as_str()), (CurveStatus::Invalid, sentence));
