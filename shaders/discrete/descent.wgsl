@@ -20,7 +20,7 @@ struct DescentParams {
     direction: u32,
     // 1: a line search; 0: steps of constant size.
     search: u32,
-    // With LANES: of every curve, which so many lanes share.
+    // With LANES: the number of lanes that share a curve.
     ticks: u32,
     lanes: u32,
 }

@@ -86,7 +86,7 @@ impl Product<'_> {
     }
 }
 
-/// Products for many curves: the number of each curve's operator, or [`NONE`] if there is none.
+/// Products for many curves: the number of each curve's operator, or [`NONE`].
 struct Products<'a> {
     gpu: &'a Gpu,
     precision: Precision,

@@ -14,7 +14,7 @@ use crate::memory;
 /// Checks that the options make sense for a batch.
 ///
 /// # Errors
-/// Those of [`fit`](Fair::fit), but for those of devices.
+/// Errors of [`fit`](Fair::fit) that do not depend on the device.
 pub(super) fn check(fair: &Fair, batch: &CurveBatch) -> Result<()> {
     let refuse = |why: String| Err(Error::argument(why));
     fair.energy.check()?;

@@ -1,7 +1,7 @@
 //! Continuation in the exponent ν of bending: exponents far from 2 are approached in stages, each of which starts where the
 //! one before ended.
 //!
-//! For large ν the energy is that of the sharpest bend alone, and its Hessian says nothing about the others.
+//! For large ν the sharpest bend has nearly all the energy, and the Hessian says nothing about the others.
 
 use super::energy::{Energy, nearer};
 use super::problem::{Outcome, Problem};

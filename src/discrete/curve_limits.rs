@@ -9,7 +9,8 @@ use super::walls::{Side, Walls};
 use crate::batch::CurveBatch;
 use crate::linalg::scalar::{add, scale, subtract};
 
-/// A half-plane between neighbours counts in units of the mean chord, or of so many times the room between them if that is less.
+/// A half-plane between neighbours counts in units of the mean chord, or of this many times the room between them if that is
+/// less.
 ///
 /// The margin of a limit is then a small part of that room.
 const OF_ROOM: f64 = 1e3;
@@ -17,9 +18,9 @@ const OF_ROOM: f64 = 1e3;
 /// The limits of one curve, at size 1.
 #[derive(Clone, Debug)]
 pub(super) struct CurveLimits<const D: usize> {
-    /// The slopes β of the fences of every kind at each vertex, 0 where there is none. A kind without any is empty.
+    /// The slopes β of the fences of every kind at each vertex, 0 without a limit. A kind without limits is empty.
     pub slopes: [Vec<f64>; FENCE_KINDS],
-    /// Those of places.
+    /// The regions.
     pub walls: Option<Walls<D>>,
     /// The longest length.
     pub longest: Option<f64>,

@@ -282,7 +282,6 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         // enough for a guard.
         let most = self.edges.most_step(&self.p).lane(l);
         let lane = &mut self.lanes[l];
-        let most = if lane.guarded { most } else { <S::Number as Scalar>::of(f64::INFINITY) };
         lane.steepest = true;
         lane.search = LineSearch::start(lane.energy, -lane.norm2, <S::Number as Scalar>::of(1.0), most);
     }

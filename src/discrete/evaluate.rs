@@ -14,7 +14,7 @@ impl Energy {
     /// The points of a curve are its vertices. All threads of the CPU compute in f64, or a GPU
     /// computes. Energies of two or three edges are 0 on curves with fewer.
     ///
-    /// A curve with a problem of its own has NaN and an [`Unfitted`](crate::Unfitted). So has a curve in one of
+    /// A curve that the batch calls unfit has NaN and an [`Unfitted`](crate::Unfitted). So has a curve in one of
     /// these cases:
     ///
     /// - Two neighbouring vertices lie at one place, where a tangent is needed.

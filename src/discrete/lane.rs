@@ -26,7 +26,7 @@ pub(crate) enum Standing {
     Folded,
 }
 
-/// The most steps without progress, by default, before rounding is assumed to dominate.
+/// The most steps without progress before rounding is assumed to dominate.
 ///
 /// Progress is a fall of √⟨g, z⟩ to [`PROGRESS`] of its best, or a fall of the energy by
 /// [`FALL_EPSILONS`].
@@ -83,10 +83,6 @@ pub(crate) struct Lane<N> {
     pub tolerance: N,
     pub longest: N,
     pub most_iterations: u32,
-    /// The most steps without progress before rounding is assumed to dominate.
-    pub patience: u32,
-    /// Whether a line search keeps edges from changing too much in one step.
-    pub guarded: bool,
     pub(super) start_energy: N,
     pub(super) search: LineSearch<N>,
     pub(super) damping: Damping<N>,
@@ -114,8 +110,6 @@ impl<N: Real + Scalar> Lane<N> {
             tolerance: N::of(bounds.tolerance),
             longest: N::of(bounds.longest),
             most_iterations: bounds.most_iterations,
-            patience: PATIENCE,
-            guarded: true,
             start_energy: zero,
             // The first tick evaluates the curve where it stands.
             search: LineSearch::start(infinite, zero, zero, infinite),
@@ -223,7 +217,7 @@ impl<N: Real + Scalar> Lane<N> {
             self.standing = Standing::Unbounded;
         } else if self.iterations >= self.most_iterations {
             self.standing = Standing::Exhausted;
-        } else if self.falls_short(self.patience) && plan.step == Step::Search {
+        } else if self.falls_short(PATIENCE) && plan.step == Step::Search {
             self.standing = Standing::Stalled;
         }
         let change = slope - self.search.slope();
@@ -252,7 +246,7 @@ impl<N: Real + Scalar> Lane<N> {
             Step::Search if self.iterations == 0 => N::of(1.0),
             Step::Search => self.search.alpha,
         };
-        let most = if plan.step == Step::Search && self.guarded { most } else { N::of(f64::INFINITY) };
+        let most = if plan.step == Step::Search { most } else { N::of(f64::INFINITY) };
         self.search = LineSearch::start(self.energy, beta * slope - self.norm2, alpha, most);
     }
 }

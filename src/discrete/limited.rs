@@ -23,7 +23,7 @@ use super::stretch::Stretch;
 use super::walls::Walls;
 use crate::linalg::scalar::add;
 
-/// The weight of the gauge, in that of curves without limits.
+/// The weight of the gauge, in units of its weight without limits.
 const GAUGE: f64 = 30.0;
 
 /// A curve without given tangents and regions that is this many times as long as where it started keeps its limits by

@@ -71,7 +71,7 @@ impl<const D: usize> Constrained<D> {
         Constrained { ready, outcome, rounds: 0, may_go_on: true, is_done: false }
     }
 
-    /// Descends in rounds, from the problem's tolerance to that of the method.
+    /// Descends in rounds, from the problem's tolerance to the method's.
     pub async fn descend(
         mut self,
         curve: &CurveFit<'_, D>,

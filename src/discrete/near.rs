@@ -105,11 +105,8 @@ pub(super) fn left_as_it_is<const D: usize>(
         energy: ready.problem.energy_of_base(&attached.energy) * ready.energy_unit,
         iterations,
         gradient_norm: f64::NAN,
-        smoothing: None,
-        gain: None,
-        loops: None,
-        limits: None,
         max_deviation: deviation(&ready.vertices, &ready.rows, batch.points(i).as_chunks::<D>().0),
+        ..CurveReport::default()
     };
     let coords = ready.vertices.into_iter().flatten().collect();
     (report, Some(Vertices { coords, rows: ready.rows, corners: vec![], given: vec![], frames: None }))

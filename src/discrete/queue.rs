@@ -129,7 +129,7 @@ impl<const D: usize> CurveFit<'_, D> {
         self.queue.stages.iter().enumerate().map(|(k, (bound, _))| (*bound, Goal::Stage(k)))
     }
 
-    /// Whether steps are those of Newton's method.
+    /// Whether Newton's method takes the steps.
     pub fn is_newton(&self) -> bool {
         self.fair.direction == Direction::Newton && self.fair.step == Step::Search
     }

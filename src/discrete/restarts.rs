@@ -34,7 +34,7 @@ const REMEDIES: [(bool, u32, &str); 4] = [
 
 /// A minimum is lower than another if it is so by this part.
 ///
-/// The same one has an energy that differs by some 1e-6, since the gauge is that of the start.
+/// The same one has an energy that differs by some 1e-6, since the gauge is the start's.
 const LOWER: f64 = 1e-4;
 
 /// The fewest edges a span of a curve that a finer one starts from.
@@ -101,7 +101,7 @@ impl<const D: usize> Descended<D> {
         self.outcome.standing == Standing::Converged
     }
 
-    /// Takes another descent of the curve. The iterations are those of both.
+    /// Takes another descent of the curve. Iterations add up.
     fn replace(&mut self, other: Self) {
         let iterations = self.outcome.iterations + other.outcome.iterations;
         *self = Descended { outcome: Outcome { iterations, ..other.outcome }, gain: self.gain, ..other };
@@ -129,7 +129,7 @@ impl<const D: usize> Descended<D> {
     /// Descends again what has not converged, from the curve of half the edges.
     ///
     /// Energies of order 3 have minima that descents from the spline miss, the more so the more edges there are. Each curve
-    /// of half the edges starts from that of a quarter, down to [`COARSEST`] edges a span.
+    /// of half the edges starts from one of a quarter, down to [`COARSEST`] edges a span.
     async fn refine(&mut self, curve: &CurveFit<'_, D>) {
         let segments = match curve.fair.segments {
             Segments::PerSpan(n) if n >= 2 * COARSEST => Segments::PerSpan(n / 2),

@@ -34,7 +34,7 @@ pub(super) fn add_own<S: Scalar>(system: &mut TangentSystem<S>, vertex: usize, b
     system.add_entry(2 * vertex + 1, 2 * vertex, block[1][0]);
 }
 
-/// Adds a block of the coordinates of a vertex and those of a later one.
+/// Adds a block of the coordinates of a vertex (rows) and of a later vertex (columns).
 #[inline(always)]
 pub(super) fn add_pair<S: Scalar>(system: &mut TangentSystem<S>, vertex: usize, later: usize, block: &Block<S, 2>) {
     for a in 0..2 {

@@ -113,11 +113,9 @@ impl Fair {
             energy: outcome.energy * ready.energy_unit,
             iterations,
             gradient_norm: norm,
-            smoothing: None,
-            gain: None,
             loops,
-            limits: None,
             max_deviation: deviation(&vertices, &ready.rows, points),
+            ..CurveReport::default()
         };
         (report, Some(Vertices::of(ready, outcome)))
     }

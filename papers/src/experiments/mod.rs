@@ -37,7 +37,7 @@ pub struct Outcome {
 struct Record {
     table: String,
     agrees: bool,
-    /// What is said of a claim that holds, and of one that does not.
+    /// The words for a claim that holds and for one that fails.
     verdicts: [&'static str; 2],
 }
 

@@ -12,7 +12,7 @@ use super::{Evolution, Outcome, Record, SegmentCosts, Segments, initial_slopes};
 /// [`Greedy`](super::Greedy) and [`GaussianAdaptation`](super::GaussianAdaptation).
 ///
 /// Every trial of a step evaluates all segments. If a search fails, the others that are tried count
-/// too. With several [`starts`](Smooth::starts) the history is that of the first, and its last
+/// too. With several [`starts`](Smooth::starts) the history is the first search's, and its last
 /// record counts all. The ends of an open curve are free, and their slopes are those that the
 /// segments there take.
 ///

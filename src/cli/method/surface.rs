@@ -76,7 +76,7 @@ impl SurfaceArgs {
     /// The surface.
     ///
     /// # Errors
-    /// A radius that is none, or of another surface. A file that cannot be read or makes no
+    /// A radius that is not a positive number, or of another surface. A file that cannot be read or makes no
     /// surface.
     pub fn surface(&self) -> Result<Option<Arc<dyn Surface>>> {
         match (&self.surface, self.radius) {
