@@ -1,13 +1,12 @@
-//! How long do an energy with its gradient, a Sobolev gradient and a whole fit of discrete fair
-//! curves take, on the CPU?
+//! How long do an energy with its gradient and a whole fit of discrete fair curves take, on the CPU?
 //!
-//! The bound of all three is the traffic of a pass over the vertices, 2 · 2 numbers of 8 bytes
+//! The bound of both is the traffic of a pass over the vertices, 2 · 2 numbers of 8 bytes
 //! each, at the copy bandwidth of as many threads.
 
 use std::time::{Duration, Instant};
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
-use faircurve::discrete::{Direction, Evaluate, Fair, Segments, Step, bending, length};
+use faircurve::discrete::{Evaluate, Fair, Segments, bending, length};
 use faircurve::spline::Natural;
 use faircurve::{CurveBatch, CurveStatus, Device, Sampling};
 use rand::rngs::StdRng;
@@ -33,13 +32,6 @@ const SIZES: [usize; 4] = [8, 64, 512, 4096];
 
 /// Bytes that a pass over the vertices moves for each.
 const BYTES: f64 = 32.0;
-
-/// Sobolev steps whose time is that of [`FEW`] taken from that of [`MANY`], so that set-up and
-/// results are left out.
-const FEW: u32 = 8;
-
-/// See [`FEW`].
-const MANY: u32 = 40;
 
 /// Data points of gentle curves: at unit steps, heights normal with σ = 0.2.
 fn points(curves: usize) -> CurveBatch {
@@ -100,34 +92,6 @@ fn fair(edges: usize) -> Fair {
     Fair { energy: bending(2.0) + 0.1 * length(), segments: Segments::PerSpan(edges / (POINTS - 1)), ..Fair::default() }
 }
 
-/// Steps −α z: energy, gradient, metric and its solve, once each.
-fn steps(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("bending + 0.1 length, Sobolev steps");
-    for (threads, pool, bandwidth) in pools() {
-        for edges in SIZES {
-            let curves = EDGES / edges;
-            let batch = points(curves);
-            let descend = |max_iterations: u32| {
-                let steps = Fair {
-                    direction: Direction::Steepest,
-                    step: Step::Constant(0.01),
-                    tolerance: f64::MIN_POSITIVE,
-                    max_iterations,
-                    ..fair(edges)
-                };
-                timed(|| pool.install(|| steps.fit(&batch, &Device::cpu()).unwrap()))
-            };
-            let vertices = curves * (edges + 1) * (MANY - FEW) as usize;
-            group.throughput(Throughput::Elements(vertices as u64));
-            let run = || descend(MANY).saturating_sub(descend(FEW));
-            let best = best_of(&mut group, BenchmarkId::new(format!("{threads} threads"), edges), run);
-            let what = format!("Sobolev step, {edges} edges, {threads} threads");
-            say(&what, best, vertices, curves * (MANY - FEW) as usize, bandwidth);
-        }
-    }
-    group.finish();
-}
-
 fn fits(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("bending + 0.1 length, whole fits");
     for (threads, pool, bandwidth) in pools() {
@@ -163,6 +127,6 @@ fn fits(criterion: &mut Criterion) {
 criterion_group! {
     name = benches;
     config = Criterion::default().sample_size(10).warm_up_time(Duration::from_millis(200)).measurement_time(Duration::from_secs(1));
-    targets = energies, steps, fits
+    targets = energies, fits
 }
 criterion_main!(benches);

@@ -46,7 +46,7 @@ const POOR: f64 = 0.25;
 const GOOD: f64 = 0.75;
 
 /// Differences of energies below this many units of rounding, relative to the energy, are noise.
-const ROUNDING: f64 = 16.0;
+pub(crate) const ROUNDING: f64 = 16.0;
 
 /// A trial along p = −(H + λL)⁻¹g.
 #[derive(Clone, Copy, Debug)]

@@ -50,7 +50,7 @@ pub(crate) use words;
 #[cfg(test)]
 mod tests {
     use crate::bezier::{EndTangents, Joints, PieceLengths};
-    use crate::discrete::{Direction, Pins};
+    use crate::discrete::{Pins, Solver};
     use crate::laplacian::Reproduces;
     use crate::spline::Parametrisation;
     use crate::{Error, Precision};
@@ -64,7 +64,7 @@ mod tests {
                 }
             )+};
         }
-        read_back!(Precision, Joints, PieceLengths, EndTangents, Direction, Pins, Reproduces, Parametrisation);
+        read_back!(Precision, Joints, PieceLengths, EndTangents, Solver, Pins, Reproduces, Parametrisation);
     }
 
     #[test]

@@ -223,7 +223,7 @@ class Fair:
         The largest distance of a point from the surface, onto which it is moved. By default a thousandth of the curve's size.
     corners : float, optional
         Points where the input turns by more than this angle (degrees) stay corners.
-    solver : {"newton", "cg", "descent"}
+    solver : {"newton", "sobolev"}
         How curves descend to the minimum.
     tolerance : float
         Size of the gradient at which a curve of size 1 has converged.
@@ -259,7 +259,7 @@ class Fair:
     surface: Surface | None = None
     off_surface: float | None = None
     corners: float | None = None
-    solver: Literal["newton", "cg", "descent"] = "newton"
+    solver: Literal["newton", "sobolev"] = "newton"
     tolerance: float = 1e-8
     max_iterations: int = 500
     starts: int = 1

@@ -194,12 +194,11 @@ pub fn fair(
         surface: surface.map(|surface| surface.get().shared()),
         off_surface,
         corners: corners.map(f64::to_radians),
-        direction: solver.parse().map_err(crate::error)?,
+        solver: solver.parse().map_err(crate::error)?,
         tolerance,
         max_iterations,
         starts,
         seed,
-        ..Fair::default()
     };
     fitted(py, batch, Place::new(device, precision)?, COST_OF_FAIR, |batch, device| method.fit(batch, device))
 }

@@ -1,5 +1,5 @@
-// Newton's method damped in the Sobolev metric, (H + λL) p = −g, one trial a tick, until √(−g·p) is small: for
-// descent.wgsl, which says what is asked for. Twin: src/discrete/damped.rs.
+// Newton's method damped in the Sobolev metric, (H + λL) p = −g, one trial a tick, until √(−g·p) is small; with SOBOLEV L is in
+// the place of H. For descent.wgsl. Twin: src/discrete/damped.rs.
 
 // Of a direction: whether its matrix was positive definite, g·p, and the square of the largest
 // change of an edge to its length.
@@ -9,9 +9,9 @@ struct Found {
     largest_square: real,
 }
 
-// The part of the direction that a trial takes.
-fn step_of(found: Found) -> real {
-    return min(real(1), most_step(found.largest_square));
+// How much of the direction a trial takes, at most so much.
+fn step_of(found: Found, most: real) -> real {
+    return min(most, most_step(found.largest_square));
 }
 
 // Ends the lane before a trial along p, if it does. What converges takes this last step too, if it can be taken.
@@ -21,7 +21,11 @@ fn end_before(lane: ptr<function, Lane>, curve: Curve, found: Found) {
     let least = tolerance * tolerance;
     // Rounding may make a slope positive at a minimum.
     let is_sound = found.sound && !is_out_of_range(square) && square >= -least;
-    let is_full = is_sound && (*lane).lambda == real(0) && step_of(found) == real(1);
+//:if SOBOLEV
+    let is_full = false;
+//:else
+    let is_full = is_sound && (*lane).lambda == real(0) && step_of(found, real(1)) == real(1);
+//:end
     // Errors of quadratic convergence contract by the square of the contraction before.
     let contraction = square / (*lane).norm2;
     let next = contraction * contraction * square;
@@ -39,12 +43,12 @@ fn end_before(lane: ptr<function, Lane>, curve: Curve, found: Found) {
     }
 }
 
-// What follows a step that was taken, of this slope along p there.
-fn take(lane: ptr<function, Lane>, curve: Curve, taken: Taken, slope: real) {
+// What follows a step that was taken.
+fn take(lane: ptr<function, Lane>, taken: Taken) {
     (*lane).length = taken.length;
     if (is_out_of_range(taken.squares)) {
         (*lane).standing = STANDING_BROKEN;
-    } else if ((*lane).standing == STANDING_RUNNING && falls_short(lane, sqrt((*lane).norm2), NEWTON_PATIENCE)) {
+    } else if ((*lane).standing == STANDING_RUNNING && falls_short(lane)) {
         (*lane).standing = STANDING_STALLED;
     }
 }
@@ -52,12 +56,22 @@ fn take(lane: ptr<function, Lane>, curve: Curve, taken: Taken, slope: real) {
 fn aimed(lane: ptr<function, Lane>, found: Found) -> real {
     (*lane).sound = found.sound;
     (*lane).slope = found.slope;
-    (*lane).alpha = step_of(found);
+//:if SOBOLEV
+    (*lane).alpha = step_of(found, (*lane).stride);
+//:else
+    (*lane).alpha = step_of(found, real(1));
+//:end
     return (*lane).alpha;
 }
 
 fn judge(lane: ptr<function, Lane>, curve: Curve, energy: real, slope: real) -> u32 {
     let trial = Trial((*lane).sound, (*lane).slope, slope, (*lane).energy, energy, (*lane).alpha);
+//:if SOBOLEV
+    let next = strode((*lane).mean, trial);
+    (*lane).stride = next.alpha;
+    (*lane).mean = next.mean;
+    return next.verdict;
+//:else
     let is_damped = (*lane).lambda > real(0);
     let damping = damped((*lane).lambda, trial);
     // A damped decrement may say too little.
@@ -70,6 +84,7 @@ fn judge(lane: ptr<function, Lane>, curve: Curve, energy: real, slope: real) -> 
     }
     (*lane).lambda = damping.lambda;
     return damping.verdict;
+//:end
 }
 
 fn give_way(lane: ptr<function, Lane>, curve: Curve) {

@@ -1,26 +1,19 @@
-// Curves on their way down an energy. A tick is one energy and gradient. If the trial is accepted, a
-// Sobolev gradient and a new direction follow. With NEWTON a tick is one direction and the trial along
-// it. A dispatch has many ticks. Everything that a curve needs to go on is in storage, so that a descent
+// Curves on their way down an energy, by Newton's method, or with SOBOLEV along Sobolev gradients. A tick is one direction and
+// the trial along it. A dispatch has many ticks. Everything that a curve needs to go on is in storage, so that a descent
 // is the same whatever its ticks are divided into. A thread has a curve for itself (descent/alone.wgsl),
 // or with LANES several threads share one (descent/lanes.wgsl). Twin: src/discrete/descent.rs, which
 // says why.
 //
 // Curves of $SIDE threads stand side by side in `fixed`, `displacements` and `work`: number c of
 // row v in a section of width w is (v w + c) $SIDE words from the section's first, the curve's
-// place being part of that. The order is FIRST, SECOND, THIRD or none of them; with NEWTON, of the
-// second order and, where lanes share curves, of the third, directions are those of damped.wgsl,
-// else those of lane/conjugate.wgsl.
+// place being part of that. The order is FIRST, SECOND or THIRD, the third where lanes share curves.
 
 struct DescentParams {
     // Curves listed in `tasks`.
     tasks: u32,
     // Numbers of a curve in `lanes`.
     numbers: u32,
-    // 0: −z; 1: Polak and Ribière; 2: the hybrid. Newton's is compiled in.
-    direction: u32,
-    // 1: a line search; 0: steps of constant size.
-    search: u32,
-    // With LANES: the number of lanes that share a curve.
+    // With LANES: of every curve, which so many lanes share.
     ticks: u32,
     lanes: u32,
 }
@@ -40,20 +33,16 @@ struct DescentCurve {
     stride: u32,
     segments: u32,
     closed: u32,
-    first_pin: u32,
-    pin_count: u32,
 }
 
 struct DescentState {
     standing: u32,
     iterations: u32,
     evaluations: u32,
-    // 1: p is −z; 2: the search has a bracket; 4: it knows the slope at its end.
+    // 1: the step before was undamped, and not cut short.
     flags: u32,
     since_best: u32,
-    trials: u32,
     most_iterations: u32,
-    padding: u32,
 }
 
 // No twin: stands for the infinity of what nothing has bounded yet.
@@ -62,13 +51,12 @@ const UNBOUNDED: real = real(1e38);
 // Numbers of a curve in `lanes`: what the host says, then what the descent keeps, then the energy's
 // weights.
 // Twin: descent_gpu/packing.rs
-const GIVEN: u32 = 4u;
-const NUMBERS: u32 = 19u;
+const GIVEN: u32 = 3u;
+const NUMBERS: u32 = 13u;
 // No twin: the host gives them in this order.
 const GIVEN_HIGHEST: u32 = 0u;
 const GIVEN_TOLERANCE: u32 = 1u;
 const GIVEN_LONGEST: u32 = 2u;
-const GIVEN_STEP: u32 = 3u;
 
 @group(0) @binding(0) var<uniform> params: DescentParams;
 @group(0) @binding(1) var<storage, read> tasks: array<DescentTask>;
@@ -77,18 +65,16 @@ const GIVEN_STEP: u32 = 3u;
 // where the vertex may move; with ATTACHMENT its data point's displacement and what holds it; with TAUT 1/w² of
 // the edge; the fences of the vertex at its end, and the walls of the vertex; with SURFACE where it lies.
 @group(0) @binding(3) var<storage, read> fixed: array<real>;
-@group(0) @binding(4) var<storage, read> pins: array<u32>;
-@group(0) @binding(5) var<storage, read_write> states: array<DescentState>;
-@group(0) @binding(6) var<storage, read_write> lanes: array<real>;
-@group(0) @binding(7) var<storage, read_write> displacements: array<real>;
-// Sections p, z, g, x of vectors, then of numbers: lengths of edges, 1/pivots, shares of the
-// border, fractions of spans; last the pins'. With NEWTON p, g, x and lengths, with SURFACE n·g of the curve as it stands and of
-// the trial, and where the trial moves vertices; then the factors, and what they share with the border of a closed curve before
-// its first section; with LANES in their place the blocks by vertices, and what the lanes of a ring share.
-@group(0) @binding(8) var<storage, read_write> work: array<real>;
+@group(0) @binding(4) var<storage, read_write> states: array<DescentState>;
+@group(0) @binding(5) var<storage, read_write> lanes: array<real>;
+@group(0) @binding(6) var<storage, read_write> displacements: array<real>;
+// Sections p, g, x of vectors, then lengths of edges, with SURFACE n·g of the curve as it stands and of the trial, and where the
+// trial moves vertices; then the factors, and what they share with the border of a closed curve before its first section; with
+// LANES in their place the blocks by vertices, and what the lanes of a ring share.
+@group(0) @binding(7) var<storage, read_write> work: array<real>;
 //:if SURFACE_TABLE
 // What the text of the surface reads.
-@group(0) @binding(9) var<storage, read> surface_table: array<real>;
+@group(0) @binding(8) var<storage, read> surface_table: array<real>;
 //:end
 
 // A curve as its thread sees it: first words of its sections.
@@ -97,8 +83,6 @@ struct Curve {
     segments: u32,
     closed: u32,
     vertices: u32,
-    first_pin: u32,
-    pin_count: u32,
     fixed_start: u32,
     u: u32,
     p: u32,
@@ -110,20 +94,12 @@ struct Curve {
     trial_push: u32,
     moved: u32,
 //:end
-//:if NEWTON
 //:if LANES
     blocks: u32,
     scratch: u32,
 //:else
     factor: u32,
     border: u32,
-//:end
-//:else
-    z: u32,
-    pivot: u32,
-    chain: u32,
-    fraction: u32,
-    pin_section: u32,
 //:end
     highest: real,
     // The step of the trial that is being evaluated.
@@ -136,12 +112,8 @@ fn load_weight(curve: Curve, index: u32) -> real {
 
 //:include discrete/energy/mod.wgsl
 //:include discrete/edges/swept.wgsl
-//:include discrete/line_search/verdict.wgsl
-//:if NEWTON
+//:include damping/verdict.wgsl
 //:include damping.wgsl
-//:else
-//:include discrete/line_search.wgsl
-//:end
 
 //:include discrete/descent/trial.wgsl
 //:include discrete/edges.wgsl SWEEP=sweep EDGE=load_edge OFFSET=load_offset HOLD=load_hold PLACE=trial DERIVATIVES=1 STORE=store_gradient DIRECTION=load_edge_direction DIRECTION_AT=load_direction STORE_PUSH=store_push
@@ -159,6 +131,9 @@ fn is_for_host() -> bool {
 }
 //:end
 
+// Twin: edges.rs
+const MOST_OF_AN_EDGE: real = real(0.5);
+
 // Largest step that changes no edge by more than its allowed part.
 fn most_step(largest_square: real) -> real {
     return MOST_OF_AN_EDGE / max(sqrt(largest_square), real(1e-30));
@@ -169,9 +144,9 @@ fn relative_change(curve: Curve, j: u32, change: vector) -> real {
     return dot(change, change) * inverse * inverse;
 }
 
-// Counts the steps in a row without progress. Returns whether there are more than `patience`. `norm` is the
-// gradient's, before the last step (Newton) or after it.
-fn falls_short(lane: ptr<function, Lane>, norm: real, patience: u32) -> bool {
+// Counts the steps in a row without progress. Returns whether there are more than PATIENCE.
+fn falls_short(lane: ptr<function, Lane>) -> bool {
+    let norm = sqrt((*lane).norm2);
     if (norm < PROGRESS * (*lane).best || (*lane).energy < (*lane).energy_then) {
         (*lane).best = min(norm, (*lane).best);
         (*lane).energy_then = (*lane).energy - FALL * abs((*lane).energy);
@@ -179,7 +154,7 @@ fn falls_short(lane: ptr<function, Lane>, norm: real, patience: u32) -> bool {
     } else {
         (*lane).since_best += 1u;
     }
-    return (*lane).since_best > patience && params.search != 0u;
+    return (*lane).since_best > PATIENCE;
 }
 
 fn has_run_away(lane: ptr<function, Lane>, curve: Curve) -> bool {
@@ -196,6 +171,10 @@ fn verdict_on(lane: ptr<function, Lane>, curve: Curve, swept: Swept) -> u32 {
         // The base.
         (*lane).standing = STANDING_RUNNING;
         (*lane).start_energy = energy;
+//:if SOBOLEV
+        (*lane).stride = real(1);
+        (*lane).mean = energy;
+//:end
         if (is_out_of_range(energy)) {
             (*lane).standing = STANDING_BROKEN;
             (*lane).reported = swept.energy;

@@ -1,5 +1,5 @@
 // The system (H + λL) p = −g of a curve: H the Hessian of its energy and gauge over windows of two
-// edges, L the inner product of order 2 in its plain form, λ ≥ 0. Twin: src/discrete/newton.rs,
+// edges, L the inner product of order 1 or 2 in its plain form, λ ≥ 0. Twin: src/discrete/newton.rs,
 // with src/linalg/banded.rs.
 //
 // Assembled and eliminated in one walk: a front holds the blocks of the three vertices that a
@@ -186,15 +186,19 @@ fn walk(curve: Curve, weights: Weights, lambda: real) -> Front {
         let after = current_frame(curve, surface, j + 2);
         let row = damping_row(curve, w, edges, lambda);
         let normals = array<vector, 3>(frame.normal, next.normal, after.normal);
-        let blocks = in_tangent_planes(curve, w, edges, vertex_blocks(w, weights, edges), row, normals);
+        let blocks = in_tangent_planes(curve, w, edges, blocks_of(curve, w, weights, edges), row, normals);
         add_window(&front, blocks, vec3<real>(), part);
 //:else
-        add_window(&front, vertex_blocks(w, weights, edges), damping_row(curve, w, edges, lambda), part);
+        add_window(&front, blocks_of(curve, w, weights, edges), damping_row(curve, w, edges, lambda), part);
 //:end
         // A vertex that is held is the unit row.
         var own = real(1) - part.x;
 //:if ATTACHMENT
-        own += part.x * lambda * load_stiffness(curve, v);
+        own += part.x * share_of(lambda) * load_stiffness(curve, v);
+//:end
+//:if SOBOLEV
+//:else
+//:if ATTACHMENT
         let held = hold_hessian(load_hold(curve, v), current_offset(curve, v));
 //:if SURFACE
         front.a00 += part.x * in_planes(frame.normal, held, frame.normal);
@@ -204,6 +208,7 @@ fn walk(curve: Curve, weights: Weights, lambda: real) -> Front {
 //:end
 //:if WALLS
         front.a00 += part.x * walls_hessian(curve, v, displacement(curve, v));
+//:end
 //:end
 //:if SURFACE
         front.a00 += part.x * bend_of_surface(curve, v, frame);

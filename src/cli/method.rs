@@ -10,7 +10,7 @@ mod units;
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
-use faircurve::discrete::{Direction, Pins};
+use faircurve::discrete::{Pins, Solver};
 use faircurve::scf::Smooth;
 use faircurve::spline::{Natural, Parametrisation, Smoothing, SmoothingTarget};
 use faircurve::{Deviation, Error, Result};
@@ -125,8 +125,8 @@ pub struct MethodArgs {
     /// How curves descend to the minimum [default: newton]
     ///
     /// Smooth connection functions know newton only.
-    #[arg(long, value_parser = one_of(&Direction::WORDS[..3]), help_heading = "Fair curves and smooth connection functions")]
-    solver: Option<Direction>,
+    #[arg(long, value_parser = one_of(Solver::WORDS), help_heading = "Fair curves and smooth connection functions")]
+    solver: Option<Solver>,
     /// Number of searches per curve, of which the best is kept [default: 1]
     ///
     /// Fair curves start from the spline, from circles through neighbouring points, from the
@@ -268,7 +268,7 @@ impl MethodArgs {
 
     fn scf(&self) -> Result<Smooth> {
         self.refuse_distance("smooth connection functions")?;
-        if self.solver.is_some_and(|solver| solver != Direction::Newton) {
+        if self.solver.is_some_and(|solver| solver != Solver::Newton) {
             return Err(Error::argument(
                 "smooth connection functions are found by --solver newton; the others belong to --method fair",
             ));

@@ -1,48 +1,38 @@
 //! Newton's method damped in the Sobolev metric: one trial of (H + λL) p = −g a tick, until the decrement √(−g·p) is small.
+//!
+//! For [Sobolev gradients](Solver::Sobolev) L is in the place of H.
 
 use super::descent::Descent;
-use super::lane::{Standing, least};
+use super::lane::Standing;
 use super::newton::Newton;
-use super::plan::Direction;
 use crate::damping::{Trial, Verdict};
 use crate::linalg::scalar::{dot, scale, subtract};
 use crate::linalg::{Scalar, operation};
 
 impl<S: Scalar, const D: usize> Descent<'_, S, D> {
-    /// Storage for the systems of [`newton_tick`](Self::newton_tick), if the plan uses Newton's
-    /// method.
+    /// Storage for the systems of [`tick`](Self::tick).
     ///
     /// What other curves have left in `kept` is used again.
-    pub(super) fn newton<'n>(&self, kept: &'n mut Option<Newton<S, D>>) -> Option<&'n mut Newton<S, D>> {
-        if self.plan.direction != Direction::Newton {
-            return None;
-        }
-        let (order, in_surfaces) = (self.plan.order, self.within.is_some());
-        match kept.take().filter(|kept| kept.order() == order && kept.is_in_surfaces() == in_surfaces) {
+    pub(super) fn newton<'n>(&self, kept: &'n mut Option<Newton<S, D>>) -> &'n mut Newton<S, D> {
+        let (plan, in_surfaces) = (self.plan, self.within.is_some());
+        match kept.take().filter(|kept| kept.is_for(plan, in_surfaces)) {
             Some(mut newton) => {
-                newton.renew(&self.edges, &self.pins.movable);
-                Some(kept.insert(newton))
+                newton.renew(&self.edges, &self.movable);
+                kept.insert(newton)
             }
-            None => Some(kept.insert(Newton::new(order, in_surfaces, &self.edges, &self.pins.movable))),
+            None => kept.insert(Newton::new(plan, in_surfaces, &self.edges, &self.movable)),
         }
     }
 
-    /// Whether the first tick, which evaluates the curves as they stand, is done.
-    pub(super) fn has_begun(&self) -> bool {
-        self.lanes.iter().any(|lane| lane.evaluations > 0)
-    }
-
-    /// One trial of every lane.
-    ///
-    /// The first tick is [`tick`](Self::tick), which evaluates the curves as they stand.
-    pub(super) fn newton_tick(&mut self, newton: &mut Newton<S, D>) {
+    /// One trial of every lane, once the descent has [begun](Self::begin).
+    pub(super) fn tick(&mut self, newton: &mut Newton<S, D>) {
         let (smallest, slope) = self.newton_direction(newton);
         // An edge may change too much.
         let most = self.edges.most_step(&self.p);
         // 1 where there is a trial.
         let (mut tried, mut alpha) = (S::ZERO, S::ZERO);
         for (l, lane) in self.lanes.iter_mut().enumerate() {
-            let step = least(most.lane(l), S::ONE.lane(0));
+            let step = lane.alpha(most.lane(l));
             if lane.aim(smallest.lane(l), slope.lane(l), step) {
                 tried.set_lane(l, S::ONE.lane(0));
                 alpha.set_lane(l, step);
@@ -102,7 +92,7 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         }
         let mut lambda = S::ZERO;
         for (l, lane) in self.lanes.iter().enumerate() {
-            lambda.set_lane(l, lane.damping.lambda);
+            lambda.set_lane(l, lane.lambda());
         }
         lambda = lambda.max(self.least_damping);
         let smallest = newton.factor(lambda);

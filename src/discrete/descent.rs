@@ -1,32 +1,36 @@
 //! [`Descent`]: curves that descend an energy, with one curve a lane and one trial a tick.
 //!
-//! A tick evaluates the energy and its gradient at u + αp. If the step is accepted:
-//!
-//! - the inner product is frozen at the new curve;
-//! - the Sobolev gradient z is computed;
-//! - the new direction is p = −z + βp.
-//!
-//! Otherwise another α is tried. Newton's method, [`damped`](super::damped), computes its direction and its decrement
-//! instead, without a Sobolev gradient. Lanes that have ended stay as they are. A lane holds everything
-//! its curve needs to go on, so a descent can be stopped after any tick and resumed.
+//! A tick evaluates the energy and its gradient at u + αp, for the direction p of [`damped`](super::damped). Lanes that have ended
+//! stay as they are. A lane holds everything its curve needs to go on, so a descent can be stopped after any tick and
+//! resumed.
 
 use super::edges::Edges;
 use super::energy::{Functional, Hold, Wall};
 use super::lane::{Bounds, Lane, Standing};
-use super::line_search::LineSearch;
-use super::metric::{Metric, Pins, Weights};
-use super::plan::{Direction, Plan, Step};
+use super::plan::Plan;
 use super::within::Within;
-use crate::damping::Verdict;
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::linalg::{Real, Scalar, operation};
+
+/// The weights of an inner product.
+#[derive(Clone, Debug)]
+pub(crate) struct Weights<S> {
+    /// The weight of the derivative of the product's own order.
+    pub highest: S,
+    /// The weight of |g|² at each vertex.
+    ///
+    /// 0 where no point is attached.
+    pub vertices: Vec<S>,
+    /// Whether any vertex is attached.
+    pub attached: bool,
+}
 
 /// The curves of all lanes.
 pub(crate) struct Descent<'a, S: Scalar, const D: usize> {
     pub plan: Plan,
     pub edges: Edges<S, D>,
-    pub metric: Metric<S, D>,
-    pub pins: Pins<S>,
+    /// 1 where a vertex may move, else 0. One entry a row.
+    pub movable: Vec<S>,
     pub weights: Weights<S>,
     /// Functionals and their weights.
     ///
@@ -45,7 +49,6 @@ pub(crate) struct Descent<'a, S: Scalar, const D: usize> {
     pub(super) x: Vec<Vector<S, D>>,
     pub(super) p: Vec<Vector<S, D>>,
     pub(super) g: Vec<Vector<S, D>>,
-    pub(super) z: Vec<Vector<S, D>>,
     pub(super) trial: Vec<Vector<S, D>>,
     pub lanes: Vec<Lane<S::Number>>,
 }
@@ -57,7 +60,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
     pub fn new(
         plan: Plan,
         edges: Edges<S, D>,
-        pins: Pins<S>,
+        movable: Vec<S>,
         weights: Weights<S>,
         terms: Vec<(S, &'a Functional)>,
         gauge: S,
@@ -66,17 +69,15 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
     ) -> Self {
         let rows = vec![[S::ZERO; D]; edges.rows()];
         Descent {
-            metric: Metric::new(if plan.direction == Direction::Newton { 0 } else { plan.order }, &edges, &pins),
-            lanes: bounds.iter().map(Lane::new).collect(),
+            lanes: bounds.iter().map(|bounds| Lane::new(plan.solver, bounds)).collect(),
             u: rows.clone(),
             x: rows.clone(),
             p: rows.clone(),
             g: rows.clone(),
-            z: rows.clone(),
             trial: rows,
             plan,
             edges,
-            pins,
+            movable,
             weights,
             terms,
             gauge,
@@ -110,27 +111,17 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         energy
     }
 
-    /// One trial of every lane.
-    pub fn tick(&mut self) {
-        let mut alpha = S::ZERO;
-        for (l, lane) in self.lanes.iter().enumerate() {
-            alpha.set_lane(l, lane.search.alpha);
-        }
-        self.advance(alpha);
-        let (energy, slope, length) = self.evaluate();
+    /// Evaluates the curves as they stand.
+    pub fn begin(&mut self) {
+        self.advance(S::ZERO);
+        let (energy, _, length) = self.evaluate();
         let mut accepted = S::ZERO;
-        for l in 0..self.lanes.len() {
-            if self.judge(l, energy.lane(l), slope.lane(l)) {
-                self.lanes[l].length = length.lane(l);
+        for (l, lane) in self.lanes.iter_mut().enumerate().filter(|(_, lane)| lane.standing == Standing::Running) {
+            if lane.begin(energy.lane(l), length.lane(l)) {
                 accepted.set_lane(l, S::ONE.lane(0));
             }
         }
-        let any = self.lanes.iter().enumerate().any(|(l, _)| accepted.lane(l) != S::ZERO.lane(0));
-        match self.plan.direction {
-            _ if !any => {}
-            Direction::Newton => self.take(accepted),
-            _ => self.accept(accepted, slope),
-        }
+        self.take(accepted);
     }
 
     /// Moves to x = u + αp, and returns g·p.
@@ -155,7 +146,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         if const { D == 3 }
             && let Some(within) = &self.within
         {
-            within.retract(&self.pins.movable, &mut self.x);
+            within.retract(&self.movable, &mut self.x);
         }
     }
 
@@ -187,7 +178,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
     /// Computes the gradient at the vertices, the energy of what holds them, and the slope along p.
     #[inline(always)]
     fn complete(&mut self, mut energy: S) -> (S, S, S) {
-        self.edges.gradient(&self.pins.movable, &mut self.trial);
+        self.edges.gradient(&self.movable, &mut self.trial);
         if self.weights.attached {
             energy += self.attach();
         }
@@ -195,7 +186,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         if const { D == 3 }
             && let Some(within) = &mut self.within
         {
-            within.settle(&self.pins.movable, &mut self.trial);
+            within.settle(&self.movable, &mut self.trial);
         }
         let mut slope = S::ZERO;
         for row in 0..self.trial.len() {
@@ -213,7 +204,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         for (row, (target, hold)) in self.holds.iter().enumerate() {
             let offset = subtract(self.x[row], *target);
             energy += hold.value(offset);
-            self.trial[row] = add(self.trial[row], scale(self.pins.movable[row], hold.gradient(offset)));
+            self.trial[row] = add(self.trial[row], scale(self.movable[row], hold.gradient(offset)));
         }
         energy
     }
@@ -227,129 +218,18 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         for walls in &self.walls {
             for (row, wall) in walls.iter().enumerate() {
                 energy += wall.value(self.x[row]);
-                self.trial[row] = add(self.trial[row], scale(self.pins.movable[row], wall.gradient(self.x[row])));
+                self.trial[row] = add(self.trial[row], scale(self.movable[row], wall.gradient(self.x[row])));
             }
         }
         energy
     }
 
-    /// Whether a lane's trial is accepted.
-    #[inline(always)]
-    fn judge(&mut self, l: usize, energy: S::Number, slope: S::Number) -> bool {
-        let zero = <S::Number as Scalar>::of(0.0);
-        let lane = &mut self.lanes[l];
-        if lane.standing != Standing::Running {
-            return false;
-        }
-        lane.evaluations += 1;
-        let first = lane.evaluations == 1;
-        let verdict = match self.plan.step {
-            _ if first && energy.is_finite() => Verdict::Accept,
-            _ if first => {
-                lane.standing = Standing::Broken;
-                return false;
-            }
-            Step::Constant(_) if energy.is_finite() => Verdict::Accept,
-            Step::Constant(_) => Verdict::Fail,
-            Step::Search => lane.search.judge(energy, slope),
-        };
-        if first {
-            lane.start_energy = energy;
-        }
-        match verdict {
-            Verdict::Accept => {
-                lane.iterations += u32::from(!first);
-                lane.energy = energy;
-                return true;
-            }
-            Verdict::Again => {}
-            Verdict::Fail if lane.steepest => {
-                lane.standing = Standing::Stalled;
-                lane.search.alpha = zero;
-            }
-            Verdict::Fail => self.restart(l),
-        }
-        false
-    }
-
-    /// Restarts along −z after a direction has failed.
-    #[inline(never)]
-    fn restart(&mut self, l: usize) {
-        for (p, z) in self.p.iter_mut().zip(&self.z) {
-            (0..D).for_each(|c| p[c].set_lane(l, -z[c].lane(l)));
-        }
-        // The edges are those of the failed trial. They are close to those of the curve, which is
-        // enough for a guard.
-        let most = self.edges.most_step(&self.p).lane(l);
-        let lane = &mut self.lanes[l];
-        lane.steepest = true;
-        lane.search = LineSearch::start(lane.energy, -lane.norm2, <S::Number as Scalar>::of(1.0), most);
-    }
-
-    /// Takes the step where `accepted` is 1, and prepares the Sobolev gradient, the direction and
-    /// the first trial there.
-    pub(super) fn accept(&mut self, accepted: S, slope: S) {
-        let smallest = self.metric.freeze(&self.edges, &self.pins, &self.weights);
-        for row in 0..self.u.len() {
-            self.u[row] = taken(accepted, self.x[row], self.u[row]);
-        }
-        // x becomes the array of the new Sobolev gradient once the displacements are taken.
-        self.x.copy_from_slice(&self.trial);
-        self.metric.solve(&self.pins, &mut self.x);
-        let (mut norm2, mut mixed) = (S::ZERO, S::ZERO);
-        for row in 0..self.u.len() {
-            norm2 += dot(self.trial[row], self.x[row]);
-            mixed += dot(self.trial[row], self.z[row]);
-        }
-        let mut beta = S::ZERO;
-        for l in 0..self.lanes.len() {
-            if accepted.lane(l) != S::ZERO.lane(0) {
-                let b = self.lanes[l].turn(self.plan, smallest.lane(l), norm2.lane(l), mixed.lane(l), slope.lane(l));
-                beta.set_lane(l, b);
-            }
-        }
-        S::run(Turn { descent: self, accepted, beta });
-        self.edges.close(&mut self.p);
-        let most = self.edges.most_step(&self.p);
-        for l in 0..self.lanes.len() {
-            if accepted.lane(l) != S::ZERO.lane(0) {
-                self.lanes[l].begin(self.plan, beta.lane(l), slope.lane(l), most.lane(l));
-            }
-        }
-    }
-
-    /// Takes the gradient, the Sobolev gradient in x, and the direction p = −z + βp where `accepted`
-    /// is 1.
-    #[inline(always)]
-    fn turn(&mut self, accepted: S, beta: S) {
-        if const { D == 3 }
-            && let Some(within) = &mut self.within
-        {
-            within.accept(accepted);
-            for row in 0..self.u.len() {
-                self.x[row] = within.tangential(row, self.x[row]);
-            }
-        }
-        for row in 0..self.u.len() {
-            let mut before = scale(beta, self.p[row]);
-            if const { D == 3 }
-                && let Some(within) = &self.within
-            {
-                before = within.tangential(row, before);
-            }
-            let direction = subtract(before, self.x[row]);
-            self.g[row] = taken(accepted, self.trial[row], self.g[row]);
-            self.z[row] = taken(accepted, self.x[row], self.z[row]);
-            self.p[row] = taken(accepted, direction, self.p[row]);
-        }
-    }
-
-    /// Takes the step and its gradient where `accepted` is 1, for Newton's method.
+    /// Takes the step and its gradient where `accepted` is 1.
     pub(super) fn take(&mut self, accepted: S) {
         let squares = S::run(Take { descent: self, accepted });
         for (l, lane) in self.lanes.iter_mut().enumerate() {
             if accepted.lane(l) != S::ZERO.lane(0) {
-                lane.took(self.plan, squares.lane(l).is_finite());
+                lane.took(squares.lane(l).is_finite());
             }
         }
     }
@@ -385,12 +265,6 @@ operation! {
 operation! {
     /// [`Descent::complete`]
     Complete<'d, 'a, S: Scalar; D> { descent: &'d mut Descent<'a, S, D>, energy: S } -> (S, S, S) { descent.complete(energy) }
-}
-
-operation! {
-    /// [`Descent::turn`]
-    Turn<'d, 'a, S: Scalar; D> { descent: &'d mut Descent<'a, S, D>, accepted: S, beta: S }
-        -> () { descent.turn(accepted, beta) }
 }
 
 operation! {

@@ -18,7 +18,7 @@ use turns::tasks;
 use super::compose::Composition;
 use super::energy::{Energy, attachment};
 use super::lane::Standing;
-use super::plan::{Direction, Plan, Step};
+use super::plan::{Plan, Solver};
 use super::problem::{Ended, Outcome, Problem, descend_on_cpu, order_of};
 use super::within::has_kernel;
 use crate::error::{Error, Result};
@@ -43,8 +43,6 @@ const MOST_TICKS: u32 = 16;
 pub(crate) struct DescentParams {
     pub tasks: u32,
     pub numbers: u32,
-    pub direction: u32,
-    pub search: u32,
     pub ticks: u32,
     pub lanes: u32,
 }
@@ -66,9 +64,7 @@ pub(crate) struct DescentState {
     pub evaluations: u32,
     pub flags: u32,
     pub since_best: u32,
-    pub trials: u32,
     pub most_iterations: u32,
-    pub padding: u32,
 }
 
 /// The standings by the kernel's codes.
@@ -86,57 +82,41 @@ const STANDINGS: [Standing; 6] = [
 /// The arrays of a chunk that are read back.
 const WANTED: [&str; 3] = ["states", "lanes", "displacements"];
 
-/// The way that directions are found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Way {
-    /// By conjugate gradients, a thread a curve.
-    Gradients,
-    /// By Newton's method with so many lanes a curve. The inner product is of order 2 or 3.
-    Newton(usize),
+/// Curves that stand side by side in memory: those of a workgroup's threads, or one that this many lanes share.
+fn side(lanes: usize) -> usize {
+    if lanes == 1 { GROUP } else { 1 }
 }
 
-impl Way {
-    /// Threads that share a curve.
-    fn lanes(self) -> usize {
-        match self {
-            Way::Gradients => 1,
-            Way::Newton(lanes) => lanes,
-        }
-    }
-
-    /// Curves that stand side by side in memory: those of a workgroup's threads, or one.
-    fn side(self) -> usize {
-        if self.lanes() == 1 { GROUP } else { 1 }
-    }
-}
-
-/// The kernel of a composition of an order, 0 to 3.
-pub(crate) fn descent_kernel(composition: &Composition, order: usize, way: Way, precision: Precision) -> KernelKey {
+/// The kernel of a composition, where so many lanes share a curve. The order of the plan is 1 to 3.
+pub(crate) fn descent_kernel(composition: &Composition, plan: &Plan, lanes: usize, precision: Precision) -> KernelKey {
     let mut definitions = composition.definitions.clone();
-    definitions.insert("GROUP".into(), GROUP.to_string());
-    definitions.insert("SIDE".into(), way.side().to_string());
-    let newton = (way != Way::Gradients).then_some("NEWTON");
-    for name in [None, Some("FIRST"), Some("SECOND"), Some("THIRD")][order].into_iter().chain(newton) {
-        definitions.insert(name.into(), "1".into());
+    let mut define = |name: &str, value: usize| definitions.insert(name.into(), value.to_string());
+    define("GROUP", GROUP);
+    define("SIDE", side(lanes));
+    define(["FIRST", "SECOND", "THIRD"][plan.order - 1], 1);
+    if plan.solver == Solver::Sobolev {
+        define("SOBOLEV", 1);
     }
-    if way.lanes() > 1 {
-        definitions.insert("LANES".into(), "1".into());
-        definitions.insert("REACH".into(), order.to_string());
+    if lanes > 1 {
+        define("LANES", 1);
+        define("REACH", reach(plan));
     }
     KernelKey { path: "discrete/descent.wgsl", entry: "descend", precision, definitions }
 }
 
+/// How many vertices before and after it a vertex is coupled with.
+fn reach(plan: &Plan) -> usize {
+    plan.order.max(2)
+}
+
 /// Descends every curve from its base.
-///
-/// Where the plan asks for Newton's method and the inner product is of order 2 or 3, that method is
-/// used. Otherwise conjugate gradients are.
 ///
 /// The CPU descends some curves in f64:
 ///
 /// - curves too long for a thread, where lanes do not share them;
 /// - curves in surfaces whose text leaves them, or turns loops too often;
-/// - curves with an inner product of order 3, in f32 and by other methods than Newton's: f32 cannot
-///   hold it.
+/// - curves of order 3 in f32, which has too few digits, and by Sobolev gradients;
+/// - curves of energies whose terms couple more vertices than the inner product does.
 ///
 /// If the device is lost, finished curves are kept. The others come out as [`Standing::Running`] at
 /// their bases.
@@ -164,7 +144,7 @@ pub(crate) struct Run<'a, const D: usize> {
     pub energy: &'a Energy,
     pub problems: &'a [&'a Problem<D>],
     pub most_ticks: u32,
-    /// Lanes a curve where directions are Newton's, if they are not to be chosen.
+    /// Lanes a curve, if they are not to be chosen.
     pub lanes: Option<usize>,
 }
 
@@ -175,18 +155,19 @@ impl<const D: usize> Run<'_, D> {
     /// told of each curve when it is back.
     pub fn descend(&self, progress: &mut dyn FnMut(usize), ended: Ended<'_, D>) -> Result<Vec<Outcome<D>>> {
         let problems = self.problems;
-        let ways = self.ways();
-        let takes = |way: Way, i: usize| self.turns(way, i) <= LOOP_TURNS;
+        let open = self.open_lanes();
+        let takes = |lanes: usize, i: usize| self.turns(lanes, i) <= LOOP_TURNS;
         let table = self.table();
-        let is_taken = |i: usize| table.is_some() && self.is_for_kernel(i) && ways.iter().any(|&way| takes(way, i));
+        let is_taken = |i: usize| table.is_some() && self.is_for_kernel(i) && open.iter().any(|&lanes| takes(lanes, i));
         let (mut order, mut host): (Vec<usize>, Vec<usize>) = (0..problems.len()).partition(|&i| is_taken(i));
         let kind = |i: usize| (problems[i].vertices(), problems[i].closed, problems[i].pinned.len(), i);
         sort::by(&mut order, |&i, &j| kind(i).cmp(&kind(j)));
         let mut outcomes: Vec<Outcome<D>> = problems.iter().copied().map(unfinished).collect();
         if let Some(table) = table.filter(|_| !order.is_empty()) {
             let composition = self.composition(&order)?;
-            let possible: Vec<Way> = ways.into_iter().filter(|&way| order.iter().all(|&i| takes(way, i))).collect();
-            let job = Job { run: self, way: self.choose(&possible, &order), composition, table };
+            let possible: Vec<usize> =
+                open.into_iter().filter(|&lanes| order.iter().all(|&i| takes(lanes, i))).collect();
+            let job = Job { run: self, lanes: self.choose(&possible, &order), composition, table };
             kept(job.descend(&order, &mut outcomes, progress, (&mut host, ended)))?;
         }
         let own: Vec<&Problem<D>> = host.iter().map(|&i| problems[i]).collect();
@@ -195,35 +176,30 @@ impl<const D: usize> Run<'_, D> {
         Ok(outcomes)
     }
 
-    /// The ways that are open to curves of this run, those of fewer lanes first.
-    fn ways(&self) -> Vec<Way> {
-        let adapter = self.gpu.summary();
+    /// The numbers of lanes that curves of this run may have, in increasing order.
+    fn open_lanes(&self) -> Vec<usize> {
+        let order = reach(self.plan);
         // A term of negative weight may couple more vertices than the inner product does.
-        let is_newton = self.plan.direction == Direction::Newton
-            && self.plan.order >= 2
-            && self.composition(&[]).is_ok_and(|composition| composition.edges() == self.plan.order);
+        if !self.composition(&[]).is_ok_and(|composition| composition.edges() == order) {
+            return vec![];
+        }
+        // Hardware has the registers for fences in lanes alone, as for spatial curves.
+        let dimension = if self.energy.is_fenced() { 3 } else { D };
         match self.lanes.or(self.gpu.lanes()) {
-            _ if !is_newton => vec![Way::Gradients],
-            Some(lanes) => vec![Way::Newton(lanes)],
-            // Hardware has the registers for fences in lanes alone, as for spatial curves.
-            None if self.energy.is_fenced() => {
-                open_lanes(adapter, self.plan.order, 3).iter().map(|&lanes| Way::Newton(lanes)).collect()
-            }
-            None => open_lanes(adapter, self.plan.order, D).iter().map(|&lanes| Way::Newton(lanes)).collect(),
+            Some(lanes) => vec![lanes],
+            None => open_lanes(self.gpu.summary(), order, dimension).to_vec(),
         }
     }
 
-    /// The way that takes the least time for these curves, noted.
-    fn choose(&self, possible: &[Way], curves: &[usize]) -> Way {
-        let Some(Way::Newton(_)) = possible.first() else { return Way::Gradients };
+    /// The number of lanes that takes the least time for these curves, noted.
+    fn choose(&self, possible: &[usize], curves: &[usize]) -> usize {
         let longest = curves.iter().map(|&i| self.problems[i].vertices()).max().unwrap_or(0);
-        let lanes: Vec<usize> = possible.iter().map(|way| way.lanes()).collect();
-        let lanes = fastest(&lanes, self.plan.order, self.gpu.summary(), curves.len(), longest);
+        let lanes = fastest(possible, reach(self.plan), self.gpu.summary(), curves.len(), longest);
         let each = if lanes == 1 { "a thread each".into() } else { format!("{lanes} threads each") };
         let (count, threads) = (curves.len(), self.gpu.summary().threads());
         let held = format!("of some {threads} that the adapter works on at once");
         self.gpu.note(format!("{count} curves of up to {longest} vertices have {each}, {held}"));
-        Way::Newton(lanes)
+        lanes
     }
 
     /// The surface of all curves.
@@ -247,12 +223,12 @@ impl<const D: usize> Run<'_, D> {
         let is_in_surface = problem.surface.as_ref().is_none_or(|surface| {
             has_kernel(&*surface.surface, self.precision, self.gpu.limits())
                 && order == 2
-                && self.plan.direction == Direction::Newton
+                && self.plan.solver == Solver::Newton
                 && !problem.is_loose()
         });
-        let holds =
-            order < 3 || self.precision == Precision::F64 && has_order && self.plan.direction == Direction::Newton;
-        holds && is_in_surface
+        (order < 3 || self.precision == Precision::F64 && self.plan.solver == Solver::Newton)
+            && has_order
+            && is_in_surface
     }
 
     /// The energy for the kernel, with an attachment where any curve has attached points.
@@ -279,7 +255,7 @@ fn unfinished<const D: usize>(problem: &Problem<D>) -> Outcome<D> {
 struct Job<'a, const D: usize> {
     run: &'a Run<'a, D>,
     composition: Composition,
-    way: Way,
+    lanes: usize,
     /// What the text of the surface reads.
     table: Vec<f64>,
 }
@@ -293,7 +269,7 @@ impl<'a, const D: usize> Job<'a, D> {
         (host, ended): (&mut Vec<usize>, Ended<'_, D>),
     ) -> Result<(), Interrupted> {
         let gpu = self.run.gpu;
-        let side = self.way.side();
+        let side = side(self.lanes);
         let members = |groups: &Range<usize>| &order[groups.start * side..(groups.end * side).min(order.len())];
         let words = order.chunks(side).map(|group| self.layout(group).work.max(1));
         let real = self.run.precision.bytes();
@@ -324,7 +300,6 @@ impl<'a, const D: usize> Job<'a, D> {
         let mut arrays = vec![
             ("curves", recording.upload(&layout.table)),
             ("fixed", recording.upload_reals(&fixed)),
-            ("pins", recording.upload(&layout.pins)),
             ("states", recording.upload(&states)),
             ("lanes", recording.upload_reals(&given)),
             ("displacements", recording.storage_reals(layout.displacements)),
@@ -346,19 +321,17 @@ impl<'a, const D: usize> Job<'a, D> {
         slots: &[u32],
     ) -> Result<()> {
         let run = self.run;
-        let kernel = descent_kernel(&self.composition, run.plan.order, self.way, run.precision);
+        let kernel = descent_kernel(&self.composition, run.plan, self.lanes, run.precision);
         let listed = tasks(slots, &layout.turns, run.most_ticks);
         let params = recording.uniform(&DescentParams {
             tasks: slots.len() as u32,
             numbers: self.numbers() as u32,
-            direction: run.plan.direction as u32,
-            search: (run.plan.step == Step::Search).into(),
             ticks: listed.iter().map(|task| task.ticks).min().unwrap_or(0),
-            lanes: self.way.lanes() as u32,
+            lanes: self.lanes as u32,
         });
         let tasks = recording.upload(&listed);
         let mut bound = vec![("params", &params), ("tasks", &tasks)];
         bound.extend(arrays);
-        recording.dispatch(&kernel, slots.len(), GROUP / self.way.lanes(), &bound)
+        recording.dispatch(&kernel, slots.len(), GROUP / self.lanes, &bound)
     }
 }

@@ -15,9 +15,13 @@
 use super::energy::curvatures::{SHORT_EDGE, Way};
 use super::energy::gauge::{DifferenceGauge, Gauge, SmoothGauge};
 use super::energy::{FENCE_KINDS, Fence, Functional, MOST_EDGES, Partials, TORSION_CURVATURE, Term, Visitor, Window};
-use super::line_search::MOST_OF_AN_EDGE;
 use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
 use crate::linalg::{Scalar, operation};
+
+/// No edge changes by more than this fraction of its length in a step.
+///
+/// It is less than 1, so that no edge turns over or vanishes.
+const MOST_OF_AN_EDGE: f64 = 0.5;
 
 /// The edges of one curve, or of one curve a lane.
 ///
@@ -192,12 +196,6 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         self.counts.iter().map(|count| count + usize::from(!self.closed)).collect()
     }
 
-    /// 1 where a lane has edge j, else 0.
-    #[inline(always)]
-    pub fn exists(&self, j: usize) -> S {
-        self.exists[j]
-    }
-
     pub fn is_closed(&self) -> bool {
         self.closed
     }
@@ -346,6 +344,23 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
     #[inline(always)]
     pub fn starts<const W: usize>(&self, j: usize) -> S {
         if self.closed { self.exists[j] } else { self.exists[j + W - 1] }
+    }
+
+    /// The gauge's factor at the vertex between the edges j and j + 1: 0 at a data point.
+    #[inline(always)]
+    pub fn free(&self, j: usize) -> S {
+        self.free[j]
+    }
+
+    /// 1 where a lane has at least three data points, else 0. The ends of an open lane are two.
+    pub fn has_three_data_points(&self) -> S {
+        let mut has = S::ZERO;
+        for (lane, &count) in self.counts.iter().enumerate() {
+            let inner = count - usize::from(!self.closed);
+            let data = (0..inner).filter(|&j| self.free[j].lane(lane) == S::ZERO.lane(0)).count();
+            has.set_lane(lane, number::<S>(if data + 2 * usize::from(!self.closed) >= 3 { 1.0 } else { 0.0 }));
+        }
+        has
     }
 
     /// The number of ends of an open lane (0, 1 or 2) that the window of two edges from edge j

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::energy::{Energy, bending, tautness};
 use super::limits::Limits;
-use super::plan::{Direction, Plan, Step};
+use super::plan::{Plan, Solver};
 use crate::deviation::Deviation;
 use crate::surface::Surface;
 use crate::words::words;
@@ -58,7 +58,7 @@ words!(Pins, "choice of points": [
 ///
 /// A curve passes through its data points, or is attached to them. It starts from the natural or
 /// periodic spline through the points. It then descends by Newton's method, damped in the Sobolev
-/// metric that suits the energy (see [`Energy`] and [`Direction`]). A gauge keeps edges between
+/// metric that suits the energy (see [`Energy`] and [`Solver`]). A gauge keeps edges between
 /// data points equal, and does not change the shape.
 ///
 /// Planar curves with tautness in their energy that cross themselves where the polygon of their points does not are
@@ -239,15 +239,8 @@ pub struct Fair {
     /// the largest of the other numbers. Curvatures do not contain the turn at a corner, where each
     /// side has its own.
     pub corners: Option<f64>,
-    /// How curves descend.
-    ///
-    /// By Newton's method by default.
-    ///
-    /// Energies of order 1 descend along their Sobolev gradients, which reach the minimum in a few
-    /// steps.
-    pub direction: Direction,
-    /// The length of each step.
-    pub step: Step,
+    /// How curves descend: by Newton's method unless told otherwise.
+    pub solver: Solver,
     /// The size of the gradient at which a curve has converged.
     ///
     /// 1e-8 by default, and smaller is stricter.
@@ -286,8 +279,7 @@ impl Default for Fair {
             surface: None,
             off_surface: None,
             corners: None,
-            direction: Direction::default(),
-            step: Step::default(),
+            solver: Solver::default(),
             tolerance: 1e-8,
             max_iterations: 500,
             starts: 1,
@@ -301,11 +293,11 @@ impl Fair {
     pub(super) fn plan(&self, energy: &Energy) -> Plan {
         let order = energy.order();
         let gauge = match order {
-            1 if energy.attachment_weight() > 0.0 => 2,
-            1 => 0,
+            // Of weight 0 where nothing is attached.
+            1 => 2,
             2 if self.surface.is_some() || energy.is_fenced() => 1,
             _ => order,
         };
-        Plan { direction: self.direction, step: self.step, order, gauge }
+        Plan { solver: self.solver, order, gauge }
     }
 }

@@ -62,7 +62,7 @@ pub(crate) struct BlockHessian<S, const D: usize> {
     /// `at_edges[j][k]`: by edges j and j + k of a tile, where j counts from the tile's first edge.
     at_edges: Vec<[Block<S, D>; COUPLED]>,
     /// `blocks[v][k]`: by vertices v and v + k.
-    blocks: Vec<[Block<S, D>; BLOCKS]>,
+    pub(super) blocks: Vec<[Block<S, D>; BLOCKS]>,
 }
 
 impl<S: Scalar, const D: usize> BlockHessian<S, D> {
@@ -189,6 +189,13 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         for (own, x) in self.blocks[vertex][0].iter_mut().flatten().zip(x.into_iter().flatten()) {
             *own += x;
         }
+    }
+
+    /// Sets all blocks to 0.
+    #[inline(always)]
+    pub fn clear(&mut self) {
+        self.is_empty = true;
+        self.fill();
     }
 
     /// Writes blocks that have been left out.

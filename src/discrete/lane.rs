@@ -1,8 +1,7 @@
-//! [`Lane`]: the numbers of one curve while it descends, its ending, and the turns of its
-//! direction.
+//! [`Lane`]: the numbers of one curve while it descends, and its ending.
 
-use super::line_search::LineSearch;
-use super::plan::{Direction, Plan, Step};
+use super::plan::Solver;
+use super::sobolev::Stride;
 use crate::damping::{Damping, Trial, Verdict};
 use crate::linalg::{Real, Scalar};
 
@@ -10,7 +9,7 @@ use crate::linalg::{Real, Scalar};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Standing {
     Running = 1,
-    /// The norm of the gradient, √⟨g, z⟩ or Newton's decrement, is at most the tolerance.
+    /// The decrement √(−g·p) is at most the tolerance.
     Converged,
     /// No direction leads down any more, because of rounding or not.
     Stalled,
@@ -28,14 +27,9 @@ pub(crate) enum Standing {
 
 /// The most steps without progress before rounding is assumed to dominate.
 ///
-/// Progress is a fall of √⟨g, z⟩ to [`PROGRESS`] of its best, or a fall of the energy by
+/// Progress is a fall of the norm to [`PROGRESS`] of its best, or a fall of the energy by
 /// [`FALL_EPSILONS`].
-const PATIENCE: u32 = 100;
-
-/// The same for Newton's steps.
-///
-/// This many lead from anywhere to the minimum.
-const NEWTON_PATIENCE: u32 = 16;
+const PATIENCE: u32 = 16;
 
 /// See [`PATIENCE`].
 const PROGRESS: f64 = 0.7;
@@ -51,11 +45,6 @@ const ROUGH: f64 = 1e-6;
 /// Newton's method converges quadratically where the square of the decrement falls by this factor.
 const CONTRACTION: f64 = 1e-2;
 
-/// A new direction must lead down by at least this fraction of ⟨g, z⟩.
-///
-/// Otherwise −z is taken.
-const DOWNWARDS: f64 = 0.01;
-
 /// What ends the descent of a curve.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bounds {
@@ -69,12 +58,19 @@ pub(crate) struct Bounds {
     pub most_iterations: u32,
 }
 
+/// How a solver chooses its steps.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Steps<N> {
+    Newton(Damping<N>),
+    Sobolev(Stride<N>),
+}
+
 /// The numbers of one curve.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lane<N> {
     pub standing: Standing,
     pub energy: N,
-    /// ⟨g, z⟩, or the square of Newton's decrement.
+    /// The square of the decrement.
     pub norm2: N,
     pub length: N,
     pub iterations: u32,
@@ -84,10 +80,7 @@ pub(crate) struct Lane<N> {
     pub longest: N,
     pub most_iterations: u32,
     pub(super) start_energy: N,
-    pub(super) search: LineSearch<N>,
-    pub(super) damping: Damping<N>,
-    /// Whether p is −z.
-    pub(super) steepest: bool,
+    pub(super) steps: Steps<N>,
     pub(super) best: N,
     /// The energy when the count of steps without progress began.
     pub(super) energy_then: N,
@@ -98,7 +91,7 @@ pub(crate) struct Lane<N> {
 
 impl<N: Real + Scalar> Lane<N> {
     /// A curve before its first tick, which evaluates it where it stands.
-    pub(super) fn new(bounds: &Bounds) -> Self {
+    pub(super) fn new(solver: Solver, bounds: &Bounds) -> Self {
         let (zero, infinite) = (N::of(0.0), N::of(f64::INFINITY));
         Lane {
             standing: Standing::Running,
@@ -111,10 +104,10 @@ impl<N: Real + Scalar> Lane<N> {
             longest: N::of(bounds.longest),
             most_iterations: bounds.most_iterations,
             start_energy: zero,
-            // The first tick evaluates the curve where it stands.
-            search: LineSearch::start(infinite, zero, zero, infinite),
-            damping: Damping::new(),
-            steepest: true,
+            steps: match solver {
+                Solver::Newton => Steps::Newton(Damping::new()),
+                Solver::Sobolev => Steps::Sobolev(Stride::new(zero)),
+            },
             best: infinite,
             energy_then: infinite,
             since_best: 0,
@@ -122,20 +115,53 @@ impl<N: Real + Scalar> Lane<N> {
         }
     }
 
-    /// Ends the lane before a trial along Newton's direction p, if it does, and says whether there is a trial.
+    /// Takes the curve as it stands, of this energy and length. Returns whether it can descend.
+    pub(super) fn begin(&mut self, energy: N, length: N) -> bool {
+        self.evaluations = 1;
+        (self.energy, self.start_energy, self.length) = (energy, energy, length);
+        if let Steps::Sobolev(stride) = &mut self.steps {
+            *stride = Stride::new(energy);
+        }
+        if !energy.is_finite() {
+            self.standing = Standing::Broken;
+        }
+        energy.is_finite()
+    }
+
+    /// λ of the next direction.
+    pub(super) fn lambda(&self) -> N {
+        match self.steps {
+            Steps::Newton(damping) => damping.lambda,
+            Steps::Sobolev(_) => N::of(0.0),
+        }
+    }
+
+    /// How much of p is taken, at most `most`.
+    pub(super) fn alpha(&self, most: N) -> N {
+        match self.steps {
+            Steps::Newton(_) => least(most, N::of(1.0)),
+            Steps::Sobolev(stride) => least(most, stride.alpha),
+        }
+    }
+
+    /// Ends the lane before a trial along p, if it does. Returns whether there is a trial.
     ///
-    /// `slope` is g·p, `smallest` the smallest pivot of H + λL, and `alpha` how much of p is taken. The decrement √(−g·p) is the
-    /// gradient in the norm of (H + λL)⁻¹. Where H ≥ L, the norm of H⁻¹ is at most √(1 + λ) times larger. A lane converges
-    /// when it is small, or when steps contract so fast that it will be after this one. It takes the step too, if it can.
+    /// `slope` is g·p, `smallest` the smallest pivot of the system, and `alpha` how much of p is
+    /// taken. The norm of the gradient is that of Newton's method, √((1 + λ)|g·p|): where H ≥ L, it
+    /// is at most √(1 + λ) times too small. For Sobolev gradients it is √⟨z, z⟩. A lane converges
+    /// when the norm is small, or when Newton's steps contract so fast that it will be after this
+    /// one. It takes the step too, if it can.
     pub(super) fn aim(&mut self, smallest: N, slope: N, alpha: N) -> bool {
         if self.standing != Standing::Running {
             return false;
         }
-        let square = (N::of(1.0) + self.damping.lambda) * -slope;
+        let lambda = self.lambda();
+        let is_undamped = matches!(self.steps, Steps::Newton(_)) && lambda == N::of(0.0);
+        let square = (N::of(1.0) + lambda) * -slope;
         let least = self.tolerance * self.tolerance;
         // Rounding may make a slope positive at a minimum.
         let is_sound = smallest > N::of(0.0) && square.is_finite() && square >= -least;
-        let is_full = is_sound && self.damping.lambda == N::of(0.0) && alpha == N::of(1.0);
+        let is_full = is_sound && is_undamped && alpha == N::of(1.0);
         // Errors of quadratic convergence contract by the square of the contraction before.
         let contraction = square / self.norm2;
         let next = contraction * contraction * square;
@@ -157,35 +183,43 @@ impl<N: Real + Scalar> Lane<N> {
         matches!(self.standing, Standing::Running | Standing::Converged)
     }
 
-    /// Judges a trial along Newton's direction.
+    /// Judges a trial along p.
     ///
-    /// Where H is less than L a damped decrement says too little: it ends no lane that a step leads on, but in
-    /// [rough](ROUGH) rounds. Contraction ends no lane whose step fails.
+    /// Where H is less than L a damped norm says too little: it ends no lane that a step leads on,
+    /// but in [rough](ROUGH) rounds. Contraction ends no lane whose step fails.
     pub(super) fn judge(&mut self, trial: &Trial<N>) -> Verdict {
-        let is_damped = self.damping.lambda > N::of(0.0);
-        let leads_on = is_damped && self.since_best == 0 && self.tolerance <= N::of(ROUGH);
-        let verdict = self.damping.judge(trial);
-        let contracted = !is_damped && -trial.slopes[0] > self.tolerance * self.tolerance;
-        match (verdict, self.standing) {
-            (Verdict::Accept, Standing::Converged) if leads_on => self.standing = Standing::Running,
-            (Verdict::Again, Standing::Converged) if contracted => self.standing = Standing::Running,
-            (Verdict::Fail, Standing::Running) => self.standing = Standing::Stalled,
-            _ => {}
+        let least = self.tolerance * self.tolerance;
+        let verdict = match &mut self.steps {
+            Steps::Sobolev(stride) => stride.judge(trial),
+            Steps::Newton(damping) => {
+                let is_damped = damping.lambda > N::of(0.0);
+                let verdict = damping.judge(trial);
+                let leads_on = is_damped && self.since_best == 0 && self.tolerance <= N::of(ROUGH);
+                let contracted = !is_damped && -trial.slopes[0] > least;
+                let goes_on = verdict == Verdict::Accept && leads_on || verdict == Verdict::Again && contracted;
+                if goes_on && self.standing == Standing::Converged {
+                    self.standing = Standing::Running;
+                }
+                verdict
+            }
+        };
+        if verdict == Verdict::Fail && self.standing == Standing::Running {
+            self.standing = Standing::Stalled;
         }
         verdict
     }
 
-    /// Ends the lane after a step of Newton's method, if it makes no more progress or the gradient is no number.
-    pub(super) fn took(&mut self, plan: Plan, is_finite: bool) {
+    /// Ends the lane after a step, if it makes no more progress or the gradient is no number.
+    pub(super) fn took(&mut self, is_finite: bool) {
         if !is_finite {
             self.standing = Standing::Broken;
-        } else if self.standing == Standing::Running && self.falls_short(NEWTON_PATIENCE) && plan.step == Step::Search {
+        } else if self.standing == Standing::Running && self.falls_short() {
             self.standing = Standing::Stalled;
         }
     }
 
-    /// Counts a step without progress. Returns whether more than `patience` steps in a row had none.
-    fn falls_short(&mut self, patience: u32) -> bool {
+    /// Counts a step without progress. Returns whether more than [`PATIENCE`] steps in a row had none.
+    fn falls_short(&mut self) -> bool {
         let norm = self.norm2.sqrt();
         if norm < N::of(PROGRESS) * self.best || self.energy < self.energy_then {
             let rounding = N::of(FALL_EPSILONS) * <N as Real>::EPSILON * Scalar::abs(self.energy);
@@ -193,61 +227,7 @@ impl<N: Real + Scalar> Lane<N> {
         } else {
             self.since_best += 1;
         }
-        self.since_best > patience
-    }
-
-    /// Ends the lane, or returns β of its next direction.
-    ///
-    /// The arguments `norm2`, `mixed` and `slope` are ⟨g⁺, z⁺⟩, ⟨g⁺, z⟩ and ⟨g⁺, p⟩.
-    pub(super) fn turn(&mut self, plan: Plan, smallest: N, norm2: N, mixed: N, slope: N) -> N {
-        let zero = N::of(0.0);
-        let before = self.norm2;
-        // Rounding may make ⟨g⁺, z⁺⟩ negative at a minimum.
-        let nothing = norm2 < zero && -norm2 <= self.tolerance * self.tolerance;
-        let norm2 = if nothing { zero } else { norm2 };
-        self.norm2 = norm2;
-        if !(smallest > zero && norm2 >= zero && norm2.is_finite()) {
-            self.standing = Standing::Broken;
-            return zero;
-        }
-        let norm = norm2.sqrt();
-        if norm <= self.tolerance {
-            self.standing = Standing::Converged;
-        } else if self.length > self.longest && self.energy < self.start_energy {
-            self.standing = Standing::Unbounded;
-        } else if self.iterations >= self.most_iterations {
-            self.standing = Standing::Exhausted;
-        } else if self.falls_short(PATIENCE) && plan.step == Step::Search {
-            self.standing = Standing::Stalled;
-        }
-        let change = slope - self.search.slope();
-        let beta = match plan.direction {
-            _ if self.iterations == 0 => zero,
-            Direction::Steepest | Direction::Newton => zero,
-            Direction::PolakRibiere => (norm2 - mixed) / before,
-            Direction::Hybrid if change > zero => least((norm2 - mixed) / change, norm2 / change),
-            Direction::Hybrid => zero,
-        };
-        let downwards = beta * slope - norm2 < -(N::of(DOWNWARDS) * norm2);
-        if beta > zero && beta.is_finite() && downwards { beta } else { zero }
-    }
-
-    /// Starts along p = −z + βp.
-    ///
-    /// `slope` is ⟨g⁺, p⟩ of the direction before.
-    pub(super) fn begin(&mut self, plan: Plan, beta: N, slope: N, most: N) {
-        if self.standing != Standing::Running {
-            self.search.alpha = N::of(0.0);
-            return;
-        }
-        self.steepest = beta == N::of(0.0);
-        let alpha = match plan.step {
-            Step::Constant(alpha) => N::of(alpha),
-            Step::Search if self.iterations == 0 => N::of(1.0),
-            Step::Search => self.search.alpha,
-        };
-        let most = if plan.step == Step::Search { most } else { N::of(f64::INFINITY) };
-        self.search = LineSearch::start(self.energy, beta * slope - self.norm2, alpha, most);
+        self.since_best > PATIENCE
     }
 }
 
@@ -258,7 +238,6 @@ pub(super) fn least<N: PartialOrd>(a: N, b: N) -> N {
 #[cfg(test)]
 mod tests {
     use super::*;
-
     /// A trial along a direction of this slope, whose energy falls as promised or rises.
     fn trial(slope: f64, falls: bool) -> Trial<f64> {
         let fall = if falls { -0.5 * slope } else { slope };
@@ -267,7 +246,7 @@ mod tests {
 
     /// A running lane at this tolerance, after an undamped full step of this decrement.
     fn lane(tolerance: f64, decrement: f64) -> Lane<f64> {
-        let mut lane = Lane::new(&Bounds { tolerance, longest: f64::INFINITY, most_iterations: 100 });
+        let mut lane = Lane::new(Solver::Newton, &Bounds { tolerance, longest: f64::INFINITY, most_iterations: 100 });
         assert!(lane.aim(1.0, -decrement * decrement, 1.0));
         lane
     }
@@ -294,7 +273,7 @@ mod tests {
             [(1e-8, true, Standing::Running), (1e-8, false, Standing::Converged), (1e-2, true, Standing::Converged)]
         {
             let mut lane = lane(tolerance, 1.0);
-            lane.damping.lambda = 1e-2;
+            lane.steps = Steps::Newton(Damping { lambda: 1e-2 });
             let slope = -0.25 * tolerance * tolerance;
             assert!(lane.aim(1.0, slope, 1.0));
             lane.judge(&trial(slope, falls));

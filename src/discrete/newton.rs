@@ -4,17 +4,23 @@
 //! and λ ≥ 0 is the damping. λ → ∞ is descent along the Sobolev gradient, and λ = 0 is Newton's
 //! method.
 //!
-//! L is that of [`metric`](super::metric) in its plain form, with D_k at pins. It only has to bound
-//! steps, and this form is as wide as H.
+//! For Sobolev gradients H is 0, and L is all there is.
+//!
+//! L is the matrix of the inner product of order k, w Σ D_k g · D_k h Δs, plus what holds attached points. With it the number
+//! of steps does not depend on the number of vertices. Of order 1 it is the L_f of the paper, tridiagonal.
+//!
+//! Source: R. J. Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006), sections 2 and 3.
 
 // Loops over coordinates and lanes by index match the formulas.
 #![allow(clippy::needless_range_loop)]
 
 use super::block::{Block, times};
+use super::descent::Weights;
 use super::edges::Edges;
 use super::energy::{Functional, MOST_EDGES};
 use super::hessian::{BlockHessian, COUPLED};
-use super::metric::Weights;
+use super::plan::{Plan, Solver};
+use super::sobolev::scaled;
 use super::stretches::Stretches;
 use super::tangent_planes::{Basis, TangentSystem, add_own, add_pair, between};
 use crate::linalg::banded::Banded;
@@ -23,10 +29,8 @@ use crate::linalg::{Scalar, operation};
 
 /// Newton's systems, one a lane, with interleaved coordinates.
 pub(crate) struct Newton<S, const D: usize> {
-    /// The highest order of the energy and the gauge.
-    ///
-    /// A vertex is coupled with this many others on either side.
-    order: usize,
+    /// A vertex is coupled with as many others on either side as the order.
+    plan: Plan,
     hessian: BlockHessian<S, D>,
     /// L by vertices v and v + k.
     ///
@@ -79,13 +83,13 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
     ///
     /// `movable` is 1 where a vertex may move, else 0. Closed curves have more vertices than the
     /// order. Curves in surfaces have order 2 at most.
-    pub fn new(order: usize, in_surfaces: bool, edges: &Edges<S, D>, movable: &[S]) -> Self {
+    pub fn new(plan: Plan, in_surfaces: bool, edges: &Edges<S, D>, movable: &[S]) -> Self {
         let none = &[0; 0];
         let mut newton = Newton {
-            order,
+            plan,
             hessian: BlockHessian::new(edges),
             damping: Vec::new(),
-            matrix: match (order, D) {
+            matrix: match (plan.order, D) {
                 (..3, 3) if in_surfaces => Matrix::SecondTangent(Box::new(Banded::new(false, none))),
                 (..3, 2) => Matrix::SecondPlanar(Box::new(Banded::new(false, none))),
                 (..3, _) => Matrix::SecondSpatial(Box::new(Banded::new(false, none))),
@@ -100,19 +104,18 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         newton
     }
 
-    /// Whether the curves lie in surfaces.
-    pub fn is_in_surfaces(&self) -> bool {
+    /// Whether the storage is that of such curves.
+    pub fn is_for(&self, plan: Plan, in_surfaces: bool) -> bool {
+        (self.plan.order, self.plan.solver) == (plan.order, plan.solver) && self.is_in_surfaces() == in_surfaces
+    }
+
+    fn is_in_surfaces(&self) -> bool {
         matches!(self.matrix, Matrix::SecondTangent(_))
     }
 
     /// The unknowns of a vertex.
     fn unknowns_each(&self) -> usize {
         if self.is_in_surfaces() { 2 } else { D }
-    }
-
-    /// The order of the energies.
-    pub fn order(&self) -> usize {
-        self.order
     }
 
     /// Storage for the systems of other curves, for energies of the same order.
@@ -141,9 +144,11 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
             && let Matrix::SecondTangent(matrix) = &mut self.matrix
         {
             matrix.clear();
-            self.hessian.assemble_by_tangents(edges, terms, gauge);
-        } else {
-            self.hessian.assemble(edges, terms, gauge);
+        }
+        match self.plan.solver {
+            Solver::Sobolev => return self.hessian.assemble_metric(self.plan.order, edges, weights.highest),
+            Solver::Newton if self.is_in_surfaces() => self.hessian.assemble_by_tangents(edges, terms, gauge),
+            Solver::Newton => self.hessian.assemble(edges, terms, gauge),
         }
         S::run(Damp { newton: self, edges, weight: weights.highest });
     }
@@ -151,7 +156,10 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
     /// Adds what holds a vertex: its Hessian to H, and its stiffness to L.
     #[inline(always)]
     pub fn hold(&mut self, row: usize, hessian: Block<S, D>, stiffness: S) {
-        self.hessian.add_block(row, hessian);
+        match self.plan.solver {
+            Solver::Newton => self.hessian.add_block(row, hessian),
+            Solver::Sobolev => self.hessian.add_block(row, scaled(stiffness)),
+        }
         self.damping[row][0] += stiffness;
     }
 
@@ -185,9 +193,18 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
     #[inline(always)]
     fn damp_by(&mut self, edges: &Edges<S, D>, weight: S) {
         self.damping.fill([S::ZERO; COUPLED + 1]);
-        match self.order {
-            ..3 => self.damp_second(edges, weight),
+        match self.plan.order {
+            ..2 => self.damp_first(edges, weight),
+            2 => self.damp_second(edges, weight),
             _ => self.damp_third(edges, weight),
+        }
+    }
+
+    /// w Σ Δp·Δp/Δs
+    #[inline(always)]
+    fn damp_first(&mut self, edges: &Edges<S, D>, weight: S) {
+        for j in 0..edges.windows::<1>() {
+            self.damp(j, weight * edges.starts::<1>(j) * edges.inverse[j], [-S::ONE, S::ONE]);
         }
     }
 
@@ -233,8 +250,8 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
     /// Where it is not positive, the matrix is not positive definite. The result of
     /// [`solve`](Self::solve) is then meaningless.
     pub fn factor(&mut self, lambda: S) -> S {
-        let (blocks, damping, movable) = (self.hessian.blocks(), &self.damping[..], &self.movable[..]);
-        let filling = Filling { blocks, damping, bases: &self.bases, lambda };
+        let (damping, movable) = (&self.damping[..], &self.movable[..]);
+        let filling = Filling { blocks: self.hessian.blocks(), damping, bases: &self.bases, lambda };
         if const { D == 3 }
             && let Matrix::SecondTangent(matrix) = &mut self.matrix
         {
@@ -301,7 +318,9 @@ impl<S: Scalar, const D: usize> Filling<'_, S, D> {
         // B is at least (order + 1)·D − 1. On closed lanes H has been moved to the rows that exist,
         // while L goes on beyond them.
         let reach = (B + 1) / D;
-        for (v, (blocks, damping)) in self.blocks.iter().zip(self.damping).enumerate() {
+        let none = [[[S::ZERO; D]; D]; COUPLED + 1];
+        for (v, damping) in self.damping.iter().enumerate() {
+            let blocks = self.blocks.get(v).unwrap_or(&none);
             for k in 0..reach {
                 let damped = self.lambda * damping[k];
                 for a in 0..D {

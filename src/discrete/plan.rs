@@ -2,51 +2,29 @@
 
 use crate::words::words;
 
-/// How the direction follows from the gradient.
+/// How the direction of a step follows from the gradient g.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum Direction {
-    /// −(H + λL)⁻¹g with the Hessian H, the Sobolev inner product L and the step 1.
-    ///
-    /// λ ≥ 0 damps as far as necessary.
+pub enum Solver {
+    /// −(H + λL)⁻¹g with the Hessian H and the Sobolev inner product L. λ ≥ 0 damps as far as necessary.
     #[default]
     Newton,
-    /// −z
-    Steepest,
-    /// −z + βp with β = max(0, ⟨g⁺, z⁺ − z⟩/⟨g, z⟩), after Polak and Ribière.
-    PolakRibiere,
-    /// −z + βp with β = max(0, min(Hestenes–Stiefel, Dai–Yuan)).
+    /// −((1 + λ)L)⁻¹g, the Sobolev gradient. 1/(1 + λ) is the step, as long as the energy allows.
     ///
-    /// It takes a tenth fewer evaluations, and steps may be less exact.
-    Hybrid,
+    /// Energies of order 1, length and tension, are always descended like this: their L is H but for tangents.
+    Sobolev,
 }
 
-words!(Direction, "direction": [
+words!(Solver, "solver": [
     (Newton, "newton", "Newton's method, damped in the Sobolev metric"),
-    (Hybrid, "cg", "Conjugate gradients in the Sobolev metric"),
-    (Steepest, "descent", "Steepest descent in the Sobolev metric"),
-    (PolakRibiere, "polak-ribiere", "Conjugate gradients after Polak and Ribière"),
+    (Sobolev, "sobolev", "Steepest descent along Sobolev gradients"),
 ]);
-
-/// The length of each step.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[non_exhaustive]
-pub enum Step {
-    /// Always this long.
-    Constant(f64),
-    /// As long as a line search finds.
-    #[default]
-    Search,
-}
 
 /// The instructions of a descent.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Plan {
-    pub direction: Direction,
-    pub step: Step,
-    /// The order of the inner product.
-    ///
-    /// 0 for ordinary gradients.
+    pub solver: Solver,
+    /// The order of the inner product, 1 to 3.
     pub order: usize,
     /// The kind of the gauge: 0 for none, 1 of differences, 2 of ratios, 3 of second differences.
     pub gauge: usize,

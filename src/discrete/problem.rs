@@ -4,13 +4,12 @@
 
 use std::f64::consts::TAU;
 
-use super::descent::Descent;
+use super::descent::{Descent, Weights};
 use super::edges::Edges;
 use super::energy::{Energy, FENCE_KINDS, Fence, Functional, Hold, MOST_EDGES, WAYS, Wall};
 use super::lane::{Bounds, Standing};
-use super::metric::{Pins, Weights};
 use super::newton::Newton;
-use super::plan::{Direction, Plan};
+use super::plan::{Plan, Solver};
 use super::within::{Local, Within};
 use crate::linalg::scalar::{Vector, add, dot, subtract};
 use crate::linalg::{Lanes, Real, Scalar, has_wide_registers};
@@ -112,7 +111,7 @@ pub(crate) struct Outcome<const D: usize> {
     pub standing: Standing,
     /// The energy without the gauge.
     pub energy: f64,
-    /// √⟨g, L⁻¹g⟩, or Newton's decrement.
+    /// The decrement √(−g·p).
     pub norm: f64,
     pub iterations: u32,
     /// Evaluations of the energy and its gradient.
@@ -269,9 +268,7 @@ impl<const D: usize> Problem<D> {
     /// The energy, without the gauge, and the length of the base.
     fn at_base(&self, energy: &Energy) -> (f64, f64) {
         let functionals: Vec<&Functional> = energy.terms().iter().map(|(_, functional)| functional).collect();
-        // Of inner products order 3 alone changes what counts.
-        let order = if energy.order() > 2 { 3 } else { 0 };
-        let plan = Plan { direction: Default::default(), step: Default::default(), order, gauge: 0 };
+        let plan = Plan { solver: Solver::default(), order: energy.order(), gauge: 0 };
         let mut at_base = start::<f64, D>(&plan, &functionals, &[self]);
         (at_base.energy_without_gauge(), at_base.edges.total_length())
     }
@@ -364,12 +361,10 @@ pub(crate) fn descend<S: Scalar, const D: usize>(
     kept: &mut Option<Newton<S, D>>,
 ) -> Vec<Outcome<D>> {
     let mut descent = start::<S, D>(plan, functionals, members);
-    let mut newton = descent.newton(kept);
+    let newton = descent.newton(kept);
+    descent.begin();
     while descent.is_running() {
-        match &mut newton {
-            Some(newton) if descent.has_begun() => descent.newton_tick(newton),
-            _ => descent.tick(),
-        }
+        descent.tick(newton);
     }
     outcomes(&mut descent, members.len())
 }
@@ -424,16 +419,14 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
         (0..S::LANES).for_each(|l| out.set_lane(l, number(value(lane(l)))));
         out
     };
-    let longest = (0..S::LANES).map(lane).max_by_key(|problem| problem.pinned.len()).unwrap_or(lane(0));
-    let mut pins =
-        Pins { movable: vec![S::ZERO; edges.rows()], rows: longest.pinned.iter().map(|&row| row as usize).collect() };
+    let mut movable = vec![S::ZERO; edges.rows()];
     let attached = members.iter().any(|problem| !problem.attached.is_empty());
     let mut vertices = vec![S::ZERO; edges.rows()];
     let mut holds = vec![([S::ZERO; D], Hold::<S, D>::NONE); if attached { edges.rows() } else { 0 }];
     for l in 0..S::LANES {
         let problem = lane(l);
-        (0..problem.vertices()).for_each(|row| pins.movable[row].set_lane(l, number(1.0)));
-        problem.pinned.iter().for_each(|&row| pins.movable[row as usize].set_lane(l, number(0.0)));
+        (0..problem.vertices()).for_each(|row| movable[row].set_lane(l, number(1.0)));
+        problem.pinned.iter().for_each(|&row| movable[row as usize].set_lane(l, number(0.0)));
         if problem.is_loose() && problem.surface.is_some() {
             let whole = number(problem.stiffness_of_all());
             (0..problem.vertices()).for_each(|row| vertices[row].set_lane(l, whole));
@@ -463,12 +456,11 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
     let gauge = each(&|problem| problem.gauge);
     let bounds: Vec<Bounds> = (0..S::LANES).map(|l| lane(l).bounds()).collect();
     let limited = |order: usize| order_of(order, lane(0).closed, lane(0).vertices());
-    // The inner product of length and tension as good as solves them. A triangle has no room for
-    // the third derivative.
-    let newton = plan.order > 1 && limited(plan.order) == plan.order;
-    let direction = if plan.direction == Direction::Newton && !newton { Direction::Hybrid } else { plan.direction };
-    let plan = Plan { direction, order: limited(plan.order), gauge: limited(plan.gauge), ..*plan };
-    let mut descent = Descent::new(plan, edges, pins, weights, terms, gauge, holds, &bounds);
+    // A triangle has no room for the third derivative.
+    let order = limited(plan.order);
+    let solver = if order < plan.order { Solver::Sobolev } else { plan.solver };
+    let plan = Plan { solver, order, gauge: limited(plan.gauge) };
+    let mut descent = Descent::new(plan, edges, movable, weights, terms, gauge, holds, &bounds);
     descent.walls = walls;
     if const { D == 3 } && lane(0).surface.is_some() {
         let own = |l: usize| lane(l).surface.as_ref().map(|surface| (surface, &lane(l).places[..]));

@@ -19,7 +19,7 @@ use super::curve_limits::fencing;
 use super::descent_gpu::descend_on_gpu;
 use super::energy::Energy;
 use super::fair::Fair;
-use super::plan::{Direction, Plan, Step};
+use super::plan::{Plan, Solver};
 use super::problem::{Outcome, Problem, descend_on_cpu};
 use super::setup::Ready;
 use super::within::has_kernel;
@@ -131,7 +131,7 @@ impl<const D: usize> CurveFit<'_, D> {
 
     /// Whether Newton's method takes the steps.
     pub fn is_newton(&self) -> bool {
-        self.fair.direction == Direction::Newton && self.fair.step == Step::Search
+        self.fair.solver == Solver::Newton
     }
 }
 
@@ -254,10 +254,7 @@ impl<'a> Descender<'a> {
         let needs_f64 = plan.order > 2 || energy.is_fenced();
         let precision =
             device.kernel_precision(gpu, is_well_conditioned && !needs_f64 && has_kernel(Precision::F32))?;
-        // Kernels of order 3 know Newton's method alone.
-        let is_open = (plan.order < 3 || plan.direction == Direction::Newton)
-            && (!needs_f64 || precision == Precision::F64)
-            && has_kernel(precision);
+        let is_open = (!needs_f64 || precision == Precision::F64) && has_kernel(precision);
         Ok(Descender { energy, plan, gpu: is_open.then_some((gpu, precision)) })
     }
 }

@@ -209,12 +209,6 @@ impl<S: Scalar, const D: usize> Within<S, D> {
         }
     }
 
-    /// The part of a direction at a vertex that lies in its tangent plane.
-    #[inline(always)]
-    pub fn tangential(&self, row: usize, x: Vector<S, D>) -> Vector<S, D> {
-        subtract(x, scale(dot(x, self.normals[row]), self.normals[row]))
-    }
-
     /// Keeps the last evaluation where `accepted` is 1.
     #[inline(always)]
     pub fn accept(&mut self, accepted: S) {

@@ -1,6 +1,6 @@
 //! Newton's method in the Sobolev metric takes a handful of iterations, however fine the curves.
 
-use faircurve::discrete::{Direction, Energy, Fair, Segments, bending, length, variation};
+use faircurve::discrete::{Energy, Fair, Segments, Solver, bending, length, variation};
 use faircurve::{CurveReport, CurveStatus, Device, Fit, Sampling};
 
 use crate::rough::Family;
@@ -97,10 +97,10 @@ fn by_default_rough_curves_converge_within_a_hundred_iterations() {
 }
 
 #[test]
-fn newton_and_conjugate_gradients_end_at_the_same_curves() {
+fn newton_and_sobolev_gradients_end_at_the_same_curves() {
     for (energy, closed) in [(bending(2.0) + 0.1 * length(), false), (bending(3.0) + length(), true)] {
         let newton = Fair { energy, ..Fair::default() };
-        let gradients = Fair { direction: Direction::Hybrid, ..newton.clone() };
+        let gradients = Fair { solver: Solver::Sobolev, ..newton.clone() };
         let [a, b] = [&newton, &gradients].map(|fair| fit(fair, family(2, closed), 30));
         let [p, q] = [&a, &b].map(|fit| fit.polylines(Sampling::PerSpan(16)));
         for i in 0..30 {

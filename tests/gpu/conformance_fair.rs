@@ -6,7 +6,7 @@
 use glam::DVec3;
 
 use faircurve::discrete::{
-    Direction, Energy, Fair, Limits, Pins, Region, Segments, attachment, bending, length, tautness, tension, torsion,
+    Energy, Fair, Limits, Pins, Region, Segments, Solver, attachment, bending, length, tautness, tension, torsion,
     variation,
 };
 use faircurve::{Constraints, CurveBatch, CurveStatus, Device, Precision, Sampling};
@@ -166,8 +166,8 @@ fn what_no_kernel_can_do_is_done_by_the_cpu_which_says_so() {
     let Some(device) = device() else { return };
     let batch = gentle(2, 4, |_| 4, 0.1, &mut seeded(45));
     let narrow = fair(variation() + length()).fit(&batch, &device.clone().with_precision(Precision::F32)).unwrap();
-    let conjugate = Fair { direction: Direction::Hybrid, ..fair(variation() + length()) }.fit(&batch, &device).unwrap();
-    for fit in [narrow, conjugate] {
+    let gradients = Fair { solver: Solver::Sobolev, ..fair(variation() + length()) }.fit(&batch, &device).unwrap();
+    for fit in [narrow, gradients] {
         assert!(!fit.device().is_gpu, "{}", fit.device());
         assert_eq!(fit.usable(), fit.len());
     }

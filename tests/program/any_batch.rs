@@ -6,7 +6,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use faircurve::Deviation::{OfSize, Units};
 use faircurve::bezier::{self, Chain, Complete, EndTangents, Joints, PieceLengths, Simplify};
 use faircurve::discrete::{
-    Direction, Energy, Fair, Pins, Segments, attachment, bending, length, tension, torsion, variation,
+    Energy, Fair, Pins, Segments, Solver, attachment, bending, length, tension, torsion, variation,
 };
 use faircurve::scf::Smooth;
 use faircurve::spline::{Natural, Smoothing, SmoothingTarget};
@@ -188,7 +188,7 @@ fn fair_curves_of_any_batch_have_a_status_each() {
                 ],
             ),
             corners: pick(rng, &[None, None, Some(0.5), Some(2.0)]),
-            direction: pick(rng, &[Direction::Newton, Direction::Newton, Direction::Hybrid]),
+            solver: pick(rng, &[Solver::Newton, Solver::Newton, Solver::Sobolev]),
             tolerance: pick(rng, &[1e-8, 1e-3]),
             max_iterations: rng.random_range(0..30),
             ..Fair::default()

@@ -1,13 +1,6 @@
 // Descents of which each has a thread for itself. Twin: src/discrete/descent.rs.
-//:if NEWTON
-//:else
-//:include discrete/metric/mod.wgsl
-//:if SECOND
-//:include discrete/metric/hats.wgsl
-//:end
-//:end
 
-// Of a step that was taken: the length of the curve, and with NEWTON g·g.
+// Of a step that was taken: the length of the curve, and g·g.
 struct Taken {
     length: real,
     squares: real,
@@ -18,10 +11,6 @@ fn begin(curve: Curve) {
     for (var v = 0u; v < curve.vertices; v++) {
         store_displacement(curve, v, vector());
         store_vector(curve.p, v, vector());
-//:if NEWTON
-//:else
-        store_vector(curve.z, v, vector());
-//:end
     }
 }
 
@@ -34,13 +23,11 @@ fn take_step(curve: Curve) -> Taken {
     for (var v = 0u; v < curve.vertices; v++) {
         let x = trial(curve, v);
         store_displacement(curve, v, x);
-//:if NEWTON
         let g = work_vector(curve.x, v);
         store_vector(curve.g, v, g);
         squares += dot(g, g);
 //:if SURFACE
         take_push(curve, v);
-//:end
 //:end
         if (v == 0u) {
             first = x;
@@ -62,18 +49,8 @@ fn take_length(curve: Curve, j: u32, change: vector) -> real {
     return length;
 }
 
-// What differs with the way directions are found:
-//     fn aim(lane: ptr<function, Lane>, curve: Curve, weights: Weights) -> real: the step of the trial along p, if the lane
-//         has not ended
-//     fn judge(lane: ptr<function, Lane>, curve: Curve, energy: real, slope: real) -> u32: the verdict on the trial
-//     fn take(lane: ptr<function, Lane>, curve: Curve, taken: Taken, slope: real): after a step that was taken
-//     fn give_way(lane: ptr<function, Lane>, curve: Curve): after a direction that failed
-//:if NEWTON
 //:include discrete/newton.wgsl
 //:include discrete/damped.wgsl
-//:else
-//:include discrete/lane/conjugate.wgsl
-//:end
 
 // One trial.
 fn tick(lane: ptr<function, Lane>, at_step: Curve) {
@@ -94,7 +71,7 @@ fn tick(lane: ptr<function, Lane>, at_step: Curve) {
     let swept = sweep(curve, weights, 0u, curve.vertices);
     let verdict = verdict_on(lane, curve, swept);
     if (verdict == VERDICT_ACCEPT) {
-        take(lane, curve, take_step(curve), swept.slope);
+        take(lane, take_step(curve));
     } else if (verdict == VERDICT_FAIL) {
         give_way(lane, curve);
     }

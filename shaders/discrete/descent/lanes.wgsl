@@ -162,7 +162,7 @@ fn tick(at_step: Curve, running: BlockRing, thread: u32) {
     storageBarrier();
     let smallest = solve_block_ring(curve, solving);
     let found = found_of(curve, solving, smallest, thread);
-    curve.alpha = select(real(0), step_of(found), solving.working);
+    curve.alpha = select(real(0), step_of(found, load_stride(curve.slot)), solving.working);
     end_all(curve, solving, found);
     var trying = running;
     trying.working = running.working && states[curve.slot].standing <= STANDING_CONVERGED;
@@ -172,7 +172,7 @@ fn tick(at_step: Curve, running: BlockRing, thread: u32) {
     let taken = take_step(curve, taking, thread);
     if (taking.working && taking.lane == 0u) {
         var lane = load_lane(curve.slot);
-        take(&lane, curve, taken, real(0));
+        take(&lane, taken);
         store_lane(curve.slot, lane);
     }
     storageBarrier();

@@ -38,8 +38,6 @@ fn load_curve(slot: u32) -> Curve {
     curve.segments = table.segments;
     curve.closed = table.closed;
     curve.vertices = table.segments + 1u - table.closed;
-    curve.first_pin = table.first_pin;
-    curve.pin_count = table.pin_count;
     curve.fixed_start = table.fixed_start;
     curve.u = table.displacement_start;
     curve.p = table.work_start;
@@ -53,20 +51,12 @@ fn load_curve(slot: u32) -> Curve {
     curve.moved = rest + 2u * section;
     rest += (2u + $DIMu) * section;
 //:end
-//:if NEWTON
 //:if LANES
     curve.blocks = rest;
     curve.scratch = rest + $VERTICESu * $DIMu * $DIMu * section;
 //:else
     curve.border = table.work_start - 2u * $DIMu * $DIMu * section;
     curve.factor = rest;
-//:end
-//:else
-    curve.z = rest;
-    curve.pivot = curve.z + $DIMu * section;
-    curve.chain = curve.pivot + section;
-    curve.fraction = curve.chain + section;
-    curve.pin_section = curve.fraction + section;
 //:end
     curve.highest = lanes[slot * params.numbers + GIVEN_HIGHEST];
     return curve;
@@ -267,15 +257,9 @@ fn load_hold(curve: Curve, v: u32) -> Hold {
 }
 //:end
 
-// The trial's gradient. With NEWTON it waits in x for the step to be taken: if it is not, the next
-// trial needs g.
+// The trial's gradient. It waits in x for the step to be taken: if it is not, the next trial needs g.
 fn store_gradient(curve: Curve, v: u32, gradient: vector) {
-//:if NEWTON
-    let section = curve.x;
-//:else
-    let section = curve.g;
-//:end
-    store_vector(section, v, select(vector(), gradient, is_movable(curve, v)));
+    store_vector(curve.x, v, select(vector(), gradient, is_movable(curve, v)));
 }
 
 fn load_edge_direction(curve: Curve, j: u32) -> vector {

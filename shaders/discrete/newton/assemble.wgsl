@@ -28,10 +28,16 @@ fn assemble(curve: Curve, ring: BlockRing, weights: Weights, lambda: real) {
     for (var v = ring.begin; v < ring.end; v++) {
         var own = matrix();
 //:if ATTACHMENT
-        own = diagonal(lambda * load_stiffness(curve, v)) + hold_hessian(load_hold(curve, v), current_offset(curve, v));
+        own = diagonal(share_of(lambda) * load_stiffness(curve, v));
+//:end
+//:if SOBOLEV
+//:else
+//:if ATTACHMENT
+        own += hold_hessian(load_hold(curve, v), current_offset(curve, v));
 //:end
 //:if WALLS
         own += walls_hessian(curve, v, displacement(curve, v));
+//:end
 //:end
 //:if SURFACE
         let frame = current_frame(curve, surface, i32(v));
@@ -61,12 +67,12 @@ fn assemble(curve: Curve, ring: BlockRing, weights: Weights, lambda: real) {
         let after = current_frame(curve, surface, j + 2);
         let normals = array<vector, 3>(here.normal, next.normal, after.normal);
         let damped = damping_row(curve, w, edges, lambda);
-        let blocks = in_tangent_planes(curve, w, edges, vertex_blocks(w, weights, edges), damped, normals);
+        let blocks = in_tangent_planes(curve, w, edges, blocks_of(curve, w, weights, edges), damped, normals);
         let row = vec3<real>();
         here = next;
         next = after;
 //:else
-        let blocks = vertex_blocks(w, weights, edges);
+        let blocks = blocks_of(curve, w, weights, edges);
         let row = damping_row(curve, w, edges, lambda);
 //:end
         // Blocks in memory spare registers.

@@ -1,5 +1,18 @@
 // What a window has of H + λL: its blocks of H, and its row of L. Twin: src/discrete/newton.rs.
+//:if SOBOLEV
+//:include discrete/sobolev.wgsl
+//:else
 //:include discrete/hessian.wgsl
+
+fn blocks_of(curve: Curve, w: Window, weights: Weights, edges: u32) -> VertexBlocks {
+    return vertex_blocks(w, weights, edges);
+}
+
+// How much L counts.
+fn share_of(lambda: real) -> real {
+    return lambda;
+}
+//:end
 //:if SURFACE
 
 // The blocks of H + λL in the tangent planes of the window's vertices, for the row of L. Along the normals they get a
@@ -31,6 +44,16 @@ fn damping_row(curve: Curve, w: Window, edges: u32, lambda: real) -> vec4<real> 
     return root * vec4<real>(-(before * w.r0), second, third, after * w.r2);
 }
 //:else
+//:if FIRST
+// √(λ w Δs) times the row of D₁ in this window: 0 where it has no edge.
+fn damping_row(curve: Curve, w: Window, edges: u32, lambda: real) -> vec3<real> {
+    if (edges < 1u) {
+        return vec3<real>();
+    }
+    let root = sqrt(lambda * curve.highest * w.r0);
+    return vec3<real>(-root, root, real(0));
+}
+//:else
 // √(λ w Δa) times the row of D₂ in this window: 0 where it has no second edge.
 fn damping_row(curve: Curve, w: Window, edges: u32, lambda: real) -> vec3<real> {
     if (edges < 2u) {
@@ -39,4 +62,5 @@ fn damping_row(curve: Curve, w: Window, edges: u32, lambda: real) -> vec3<real> 
     let root = sqrt(lambda * curve.highest * real(2) / (w.s0 + w.s1));
     return root * vec3<real>(w.r0, -(w.r0 + w.r1), w.r1);
 }
+//:end
 //:end

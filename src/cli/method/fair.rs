@@ -57,7 +57,7 @@ impl MethodArgs {
             surface: self.surface.surface()?,
             off_surface: self.surface.off_surface(),
             corners: self.corners.map(|Degrees(angle)| angle.to_radians()),
-            direction: self.solver.unwrap_or(defaults.direction),
+            solver: self.solver.unwrap_or(defaults.solver),
             tolerance: self.tolerance.unwrap_or(defaults.tolerance),
             max_iterations: self.max_iterations.unwrap_or(defaults.max_iterations),
             starts: self.starts.unwrap_or(defaults.starts),

@@ -3,7 +3,7 @@
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
-use super::super::plan::Direction;
+use super::super::plan::Solver;
 use super::*;
 use crate::linalg::Lanes;
 use crate::spline::{Natural, Parametrisation};
@@ -33,7 +33,7 @@ fn splines(count: usize, points: usize, n: usize, height: f64, closed: bool) -> 
 
 type Four = Lanes<f64, 4>;
 
-fn run(energy: &super::super::Energy, batch: &CurveBatch, n: usize, order: usize) -> Vec<Lane<f64>> {
+fn run(energy: &super::super::Energy, batch: &CurveBatch, n: usize, order: usize, solver: Solver) -> Vec<Lane<f64>> {
     let closed = batch.is_closed(0);
     let mut bases = Vec::new();
     for l in 0..4 {
@@ -45,9 +45,8 @@ fn run(energy: &super::super::Energy, batch: &CurveBatch, n: usize, order: usize
     let m = bases[0].len();
     let data: Vec<bool> = (0..=m).map(|v| v % n == 0).collect();
     let edges = Edges::<Four, 2>::new(closed, &bases.iter().map(|b| &b[..]).collect::<Vec<_>>(), &[&data[..]; 4]);
-    let rows: Vec<usize> = (0..edges.vertices()[0]).step_by(n).collect();
     let mut movable = vec![Four::ONE; edges.rows()];
-    rows.iter().for_each(|&row| movable[row] = Four::ZERO);
+    (0..edges.vertices()[0]).step_by(n).for_each(|row| movable[row] = Four::ZERO);
     if closed {
         movable[m] = Four::ZERO;
     }
@@ -55,14 +54,16 @@ fn run(energy: &super::super::Energy, batch: &CurveBatch, n: usize, order: usize
     let mut h = 0.0;
     bases[0].iter().for_each(|e| h += dot(*e, *e).sqrt() / m as f64);
     let gauge = Four::of(2.0 * h.powi(if order == 3 { -5 } else { -1 }));
-    let plan = Plan { direction: Direction::Hybrid, step: Step::Search, order, gauge: order };
+    let plan = Plan { solver, order, gauge: order };
     let terms = energy.terms().iter().map(|(w, f)| (Four::of(*w), f)).collect();
     let weights = Weights { highest: Four::of(2.0), vertices, attached: false };
-    let pins = Pins { movable, rows };
     let bounds = Bounds { tolerance: 1e-8, longest: f64::INFINITY, most_iterations: 2000 };
-    let mut descent = Descent::new(plan, edges, pins, weights, terms, gauge, vec![], &[bounds; 4]);
+    let mut descent = Descent::new(plan, edges, movable, weights, terms, gauge, vec![], &[bounds; 4]);
+    let mut kept = None;
+    let newton = descent.newton(&mut kept);
+    descent.begin();
     while descent.is_running() {
-        descent.tick();
+        descent.tick(newton);
     }
     descent.lanes.clone()
 }
@@ -73,13 +74,13 @@ fn gentle_curves_converge_in_tens_of_iterations() {
     for (closed, height, order, most) in
         [(false, 0.05, 2, 40), (false, 0.15, 2, 150), (true, 0.05, 2, 150), (false, 0.05, 3, 300)]
     {
-        for n in [16, 64] {
+        for (n, solver) in [16, 64].into_iter().flat_map(|n| [(n, Solver::Sobolev), (n, Solver::Newton)]) {
             let batch = splines(4, 5, n, height, closed);
             let energy = if order == 3 { variation() + length() } else { bending(2.0) + length() };
-            let lanes = run(&energy, &batch, n, order);
+            let lanes = run(&energy, &batch, n, order, solver);
             for lane in &lanes {
                 println!(
-                    "closed {closed} height {height} order {order} n {n}: {:?} {} {} {:e}",
+                    "{solver:?} closed {closed} height {height} order {order} n {n}: {:?} {} {} {:e}",
                     lane.standing, lane.iterations, lane.evaluations, lane.energy
                 );
                 assert_eq!(lane.standing, Standing::Converged);

@@ -1,12 +1,13 @@
 //! Forms of the kernel `shaders/discrete/descent.wgsl`, which the shader tests compose and compile.
 
+use super::descent_kernel;
 use super::lanes::LANES;
-use super::{Way, descent_kernel};
 use crate::discrete::compose::Composition;
 use crate::discrete::energy::{
     FENCE_KINDS, FIRST_WAY, Fencing, WAYS, attachment, bending, geodesic_bending, length, tautness, tension, torsion,
     variation,
 };
+use crate::discrete::plan::{Plan, Solver};
 use crate::gpu::KernelKey;
 use crate::precision::Precision;
 use crate::surface::{HeightField, Mesh, Surface, SurfaceKernel, Torus};
@@ -16,10 +17,13 @@ fn kinds<const N: usize>(numbers: [usize; N]) -> [bool; FENCE_KINDS] {
     std::array::from_fn(|kind| numbers.contains(&kind))
 }
 
+fn newton(order: usize) -> Plan {
+    Plan { solver: Solver::Newton, order, gauge: 0 }
+}
+
 /// Some forms of the kernel, a few of each order. Lanes of any number have the same.
 pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
     let forms = [
-        (length(), 0),
         (tension(), 1),
         (length() + attachment(), 1),
         (bending(2.0), 2),
@@ -50,7 +54,7 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
     }
     for energy in in_quadrics {
         let composition = Composition::of(&energy, 1, 3, precision).expect("built in").in_surfaces(None);
-        keys.extend(LANES[..2].iter().map(|&lanes| descent_kernel(&composition, 2, Way::Newton(lanes), precision)));
+        keys.extend(LANES[..2].iter().map(|&lanes| descent_kernel(&composition, &newton(2), lanes, precision)));
     }
     if precision == Precision::F64 {
         let composition = Composition::of(&geodesic_bending(2.0), 1, 3, precision).expect("built in");
@@ -63,33 +67,27 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
         for surface in surfaces {
             let text = surface.kernel().map(SurfaceKernel::text);
             let composition = composition.clone().in_surfaces(text.as_deref());
-            keys.extend(LANES[..2].iter().map(|&lanes| descent_kernel(&composition, 2, Way::Newton(lanes), precision)));
+            keys.extend(LANES[..2].iter().map(|&lanes| descent_kernel(&composition, &newton(2), lanes, precision)));
         }
     }
     for (energy, order) in forms {
         for dimension in [2, 3] {
-            let gauge = match order {
-                2 if energy.is_fenced() => 1,
-                order => {
-                    if order > 1 {
-                        order
-                    } else {
-                        0
-                    }
-                }
-            };
+            let gauge = if energy.is_fenced() && order == 2 { 1 } else { order.max(2) };
             let composition = Composition::of(&energy, gauge, dimension, precision).expect("built in");
-            let gradients = (order < 3 && !energy.is_fenced()).then_some(Way::Gradients);
+            // In f32 it has too few digits for order 3 and for fences.
             let lanes: &[usize] = match order {
-                // In f32 it has too few digits for fences.
-                2 if energy.is_fenced() && precision != Precision::F64 => &[],
-                2 => &LANES[..2],
-                // In f32 it has too few digits.
-                3 if precision == Precision::F64 => &LANES[1..2],
-                _ => &[],
+                _ if precision != Precision::F64 && (order == 3 || energy.is_fenced()) => &[],
+                3 => &LANES[1..2],
+                _ => &LANES[..2],
             };
-            let ways = gradients.into_iter().chain(lanes.iter().map(|&lanes| Way::Newton(lanes)));
-            keys.extend(ways.map(|way| descent_kernel(&composition, order, way, precision)));
+            let solvers = match order {
+                1 => &[Solver::Sobolev][..],
+                2 if !energy.is_fenced() => &[Solver::Newton, Solver::Sobolev],
+                _ => &[Solver::Newton],
+            };
+            for (&solver, &lanes) in solvers.iter().flat_map(|solver| lanes.iter().map(move |lanes| (solver, lanes))) {
+                keys.push(descent_kernel(&composition, &Plan { solver, ..newton(order) }, lanes, precision));
+            }
         }
     }
     keys

@@ -3,17 +3,16 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{DescentState, Job, STANDINGS, Way};
+use super::{DescentState, Job, STANDINGS, reach, side};
 use crate::discrete::lane::Standing;
-use crate::discrete::plan::Step;
 use crate::discrete::problem::{Outcome, Problem};
 use crate::gpu::Downloaded;
 use crate::linalg::block_ring::scratch_numbers;
 use crate::parallel;
 
 /// The numbers of a curve in `lanes` before its weights, and how many of them the host gives.
-const NUMBERS: usize = 19;
-const GIVEN: usize = 4;
+const NUMBERS: usize = 13;
+const GIVEN: usize = 3;
 
 /// The numbers of a row that say how a vertex is held, but for the rail: its stiffness and
 /// [`Hold`](crate::discrete::energy::Hold).
@@ -45,14 +44,11 @@ pub(crate) struct DescentCurve {
     pub stride: u32,
     pub segments: u32,
     pub closed: u32,
-    pub first_pin: u32,
-    pub pin_count: u32,
 }
 
 /// The positions of the curves of a chunk in the arrays.
 pub(super) struct Layout {
     pub table: Vec<DescentCurve>,
-    pub pins: Vec<u32>,
     /// The loop turns of a tick of each curve.
     pub turns: Vec<usize>,
     pub fixed: usize,
@@ -99,12 +95,11 @@ impl<const D: usize> Job<'_, D> {
     }
 
     pub(super) fn layout(&self, curves: &[usize]) -> Layout {
-        let mut layout = Layout { table: vec![], pins: vec![], turns: vec![], fixed: 0, displacements: 0, work: 0 };
-        let side = self.way.side();
+        let mut layout = Layout { table: vec![], turns: vec![], fixed: 0, displacements: 0, work: 0 };
+        let side = side(self.lanes);
         for group in curves.chunks(side) {
             let members = || group.iter().map(|&i| self.run.problems[i]);
             let rows = members().map(Problem::vertices).max().unwrap_or(0);
-            let pins = members().map(|problem| problem.pinned.len()).max().unwrap_or(0);
             layout.work +=
                 if members().any(|problem| problem.closed) { self.border_numbers() * rows * side } else { 0 };
             for (place, &i) in group.iter().enumerate() {
@@ -116,42 +111,31 @@ impl<const D: usize> Job<'_, D> {
                     stride: rows as u32,
                     segments: problem.base.len() as u32,
                     closed: problem.closed.into(),
-                    first_pin: layout.pins.len() as u32,
-                    pin_count: problem.pinned.len() as u32,
                 });
-                layout.pins.extend(&problem.pinned);
-                layout.turns.push(self.run.turns(self.way, i));
+                layout.turns.push(self.run.turns(self.lanes, i));
             }
             layout.fixed += rows * self.fixed_numbers() * side;
             layout.displacements += rows * D * side;
-            layout.work += self.work_numbers(rows, pins) * side;
+            layout.work += self.work_numbers(rows) * side;
         }
         layout
     }
 
     /// The numbers of a row of a closed curve that stand before all sections.
     fn border_numbers(&self) -> usize {
-        if self.way == Way::Newton(1) { 2 * D * D } else { 0 }
+        if self.lanes == 1 { 2 * D * D } else { 0 }
     }
 
     /// The numbers of a curve's sections.
-    fn work_numbers(&self, rows: usize, pins: usize) -> usize {
-        // Vectors, numbers and matrices a row, and what comes once.
-        let (vectors, numbers, matrices, once) = match self.way {
-            Way::Gradients => {
-                let pin_numbers = if self.run.plan.order == 2 { 2 + 2 * D + 2 * D * D } else { 0 };
-                (4, 4, 0, pins * pin_numbers)
-            }
-            // Newton's factors.
-            Way::Newton(1) => (3, 1, 2, 0),
-            // Its blocks.
-            Way::Newton(lanes) => {
-                let order = self.run.plan.order;
-                (3, 1, order + 1, scratch_numbers(rows, order, D, lanes))
-            }
+    fn work_numbers(&self, rows: usize) -> usize {
+        // Matrices a row, and what comes once: factors, or blocks with what lanes share.
+        let order = reach(self.run.plan);
+        let (matrices, once) = match self.lanes {
+            1 => (2, 0),
+            lanes => (order + 1, scratch_numbers(rows, order, D, lanes)),
         };
         let in_surface = if self.is_in_surfaces() { 2 + D } else { 0 };
-        rows * (vectors * D + numbers + in_surface + matrices * D * D) + once
+        rows * (3 * D + 1 + in_surface + matrices * D * D) + once
     }
 
     pub(super) fn numbers(&self) -> usize {
@@ -165,7 +149,7 @@ impl<const D: usize> Job<'_, D> {
         let mut given = vec![f64::NAN; curves.len() * numbers];
         let ends: Vec<usize> = (0..=curves.len()).map(|slot| slot * numbers).collect();
         parallel::parts(&mut given, &ends, |slot, given| self.give(self.run.problems[curves[slot]], given));
-        let side = self.way.side();
+        let side = side(self.lanes);
         let mut fixed = vec![0.0; layout.fixed];
         // A group begins where its first curve does.
         let starts = layout.table.iter().step_by(side).map(|table| table.fixed_start as usize);
@@ -179,11 +163,7 @@ impl<const D: usize> Job<'_, D> {
     }
 
     fn give(&self, problem: &Problem<D>, given: &mut [f64]) {
-        let step = match self.run.plan.step {
-            Step::Constant(step) => step,
-            Step::Search => 0.0,
-        };
-        given[..GIVEN].copy_from_slice(&[problem.highest, problem.tolerance, problem.longest, step]);
+        given[..GIVEN].copy_from_slice(&[problem.highest, problem.tolerance, problem.longest]);
         let weights = self.composition.entries(&problem.weights, problem.gauge);
         given[NUMBERS..].iter_mut().zip(weights).for_each(|(to, x)| *to = x);
         if let Some(surface) = &problem.surface {
@@ -195,7 +175,7 @@ impl<const D: usize> Job<'_, D> {
 
     /// Writes the rows of a curve, which has its place in its group.
     fn fix(&self, problem: &Problem<D>, place: usize, fixed: &mut [f64]) {
-        let (width, side, rows) = (self.fixed_numbers(), self.way.side(), problem.vertices());
+        let (width, side, rows) = (self.fixed_numbers(), side(self.lanes), problem.vertices());
         let at = |row: usize, number: usize| place + (row * width + number) * side;
         for (j, edge) in problem.base.iter().enumerate() {
             (0..D).for_each(|c| fixed[at(j, c)] = edge[c]);
@@ -251,7 +231,7 @@ impl<const D: usize> Job<'_, D> {
         let found = parallel::map(curves.len(), UNPACKED_TOGETHER, |slot| {
             let (state, table) = (&states[slot], &layout.table[slot]);
             let lane = &lanes[slot * self.numbers()..];
-            let word = |row: usize, c: usize| table.displacement_start as usize + (row * D + c) * self.way.side();
+            let word = |row: usize, c: usize| table.displacement_start as usize + (row * D + c) * side(self.lanes);
             let row = |row: usize| std::array::from_fn(|c| displacements[word(row, c)]);
             Outcome {
                 displacements: (0..self.run.problems[curves[slot]].vertices()).map(row).collect(),

@@ -2,7 +2,6 @@
 
 mod divided;
 mod newton;
-mod section4;
 
 use glam::{DMat3, DVec3};
 use rand::rngs::StdRng;
@@ -36,8 +35,8 @@ fn batch<const D: usize>(sizes: &[usize], closed: impl Fn(usize) -> bool, seed: 
     CurveBatch::from_ragged(D, coords, offsets).unwrap().closed_each(are_closed).unwrap()
 }
 
-fn conjugate() -> Fair {
-    Fair { direction: Direction::Hybrid, ..Fair::default() }
+fn sobolev() -> Fair {
+    Fair { solver: Solver::Sobolev, ..Fair::default() }
 }
 
 fn plan_of(fair: &Fair) -> Plan {
@@ -122,7 +121,7 @@ fn curves_end_where_those_of_the_cpu_end_pinned() {
     let Some(gpu) = gpu() else { return };
     for (n, seed) in [(1, 1), (2, 2), (7, 3), (20, 4)] {
         for energy in [bending(2.0) + length(), length() + 0.5 * tension()] {
-            let fair = Fair { energy, segments: Segments::PerSpan(n), ..conjugate() };
+            let fair = Fair { energy, segments: Segments::PerSpan(n), ..sobolev() };
             check::<2>(&gpu, &fair, &batch::<2>(&RAGGED, |i| i % 2 == 1, seed));
             check::<3>(&gpu, &fair, &batch::<3>(&RAGGED, |i| i % 2 == 0, seed + 10));
         }
@@ -134,7 +133,7 @@ fn curves_end_where_those_of_the_cpu_end_attached() {
     let Some(gpu) = gpu() else { return };
     let energies = [bending(2.0) + length() + 1e3 * attachment(), length() + tension() + 10.0 * attachment()];
     for (energy, pins) in energies.into_iter().flat_map(|e| [(e.clone(), Pins::None), (e, Pins::Ends)]) {
-        let fair = Fair { energy, pins, segments: Segments::PerSpan(6), ..conjugate() };
+        let fair = Fair { energy, pins, segments: Segments::PerSpan(6), ..sobolev() };
         check::<2>(&gpu, &fair, &batch::<2>(&RAGGED, |i| i % 2 == 1, 21));
         check::<3>(&gpu, &fair, &batch::<3>(&RAGGED, |i| i % 2 == 0, 22));
     }
@@ -144,47 +143,16 @@ fn curves_end_where_those_of_the_cpu_end_attached() {
 fn curves_of_other_exponents_and_of_a_users_energy_end_where_those_of_the_cpu_end() {
     let Some(gpu) = gpu() else { return };
     for energy in [bending(3.0) + length(), bending(2.5) + 2.0 * length(), Energy::custom(Square) + length()] {
-        let fair = Fair { energy, segments: Segments::PerSpan(5), ..conjugate() };
+        let fair = Fair { energy, segments: Segments::PerSpan(5), ..sobolev() };
         check::<2>(&gpu, &fair, &batch::<2>(&RAGGED, |i| i % 2 == 1, 31));
         check::<3>(&gpu, &fair, &batch::<3>(&RAGGED, |i| i % 2 == 0, 32));
     }
 }
 
 #[test]
-fn every_direction_and_steps_of_constant_size_lead_to_the_same_curves() {
-    let Some(gpu) = gpu() else { return };
-    let plans = [
-        (Direction::Steepest, Step::Search, 2),
-        (Direction::PolakRibiere, Step::Search, 2),
-        (Direction::Steepest, Step::Constant(0.3), 2),
-        (Direction::Hybrid, Step::Search, 0),
-    ];
-    let energy = bending(2.0) + length();
-    let fair = Fair { energy, segments: Segments::PerSpan(2), max_iterations: 20_000, ..conjugate() };
-    let batch = batch::<2>(&RAGGED, |i| i % 3 == 0, 41);
-    let problems = problems::<2>(&fair, &batch);
-    for (direction, step, order) in plans {
-        let plan = Plan { direction, step, order, ..plan_of(&fair) };
-        let wanted = descend_on_cpu(&plan, &fair.energy, &refs(&problems), &|_, _| {});
-        for precision in precisions(&gpu).into_iter().filter(|p| *p == Precision::F64) {
-            let found = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &refs(&problems), &|_, _| {}).unwrap();
-            for (i, (wanted, found)) in wanted.iter().zip(&found).enumerate() {
-                let name = format!("{direction:?} {step:?} order {order}, curve {i}");
-                assert_eq!((wanted.standing, found.standing), (Standing::Converged, Standing::Converged), "{name}");
-                let off = (wanted.energy - found.energy).abs();
-                assert!(off < 1e-10 * wanted.energy, "{name}: {off:e}");
-                // A step more or less where rounding decides.
-                let apart = wanted.iterations.abs_diff(found.iterations);
-                assert!(20 * apart <= wanted.iterations + 40, "{name}: {} {}", wanted.iterations, found.iterations);
-            }
-        }
-    }
-}
-
-#[test]
 fn single_precision_takes_the_steps_of_its_twin() {
     let Some(gpu) = gpu() else { return };
-    let fair = Fair { energy: bending(2.0) + length(), segments: Segments::PerSpan(16), ..conjugate() };
+    let fair = Fair { energy: bending(2.0) + length(), segments: Segments::PerSpan(16), ..sobolev() };
     let problems = problems::<2>(&fair, &batch::<2>(&[5; 40], |i| i % 2 == 1, 43));
     let problems = loosened(&problems, Precision::F32);
     let plan = plan_of(&fair);

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::super::descent::Descent;
 use super::super::energy::{Energy, Fence, Fencing, Functional, bending, geodesic_bending, length};
-use super::super::plan::{Direction, Plan, Step};
+use super::super::plan::{Plan, Solver};
 use super::super::problem::{Problem, start};
 use super::*;
 use crate::surface::{Quadric, Surface, Torus};
@@ -62,7 +62,7 @@ fn stepped(descent: &mut Descent<'_, f64, 3>, p: &[[f64; 3]], epsilon: f64) -> f
 
 #[test]
 fn gradients_and_hessians_in_surfaces_are_those_of_differences() {
-    let plan = Plan { direction: Direction::Newton, step: Step::Search, order: 2, gauge: 2 };
+    let plan = Plan { solver: Solver::Newton, order: 2, gauge: 2 };
     for (nu, closed) in [(2.0, false), (2.0, true), (3.0, false), (1.7, true)] {
         let energy: Energy = geodesic_bending(nu) + bending(2.0) + length();
         let mut curbed = Fencing { in_surface: true, ..Fencing::default() };
@@ -73,11 +73,10 @@ fn gradients_and_hessians_in_surfaces_are_those_of_differences() {
             let name = problem.surface.as_ref().unwrap().surface.name();
             let mut descent = start::<f64, 3>(&plan, &functionals, &[&problem]);
             let mut kept = None;
-            let newton = descent.newton(&mut kept).unwrap();
-            descent.tick();
+            let newton = descent.newton(&mut kept);
+            descent.begin();
             let count = problem.vertices();
-            // Where λ = 0 the step for a gradient r is p = H⁻¹ r in the tangent planes, and so pᵀH p = r·p.
-            descent.lanes[0].damping.lambda = 0.0;
+            // Before the first trial λ = 0, and the step for a gradient r is p = H⁻¹ r in the tangent planes, and so pᵀH p = r·p.
             descent.least_damping = 0.0;
             descent.newton_direction(newton);
             let wave = |row: usize| -> [f64; 3] { [1.0, 1.7, 2.9].map(|f: f64| (f * row as f64 + f).sin()) };

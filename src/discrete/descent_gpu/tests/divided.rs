@@ -17,10 +17,15 @@ pub(super) fn bits<const D: usize>(outcome: &Outcome<D>) -> (Vec<u64>, String) {
     (displacements, format!("{standing:?} {:x} {:x} {iterations} {evaluations}", energy.to_bits(), norm.to_bits()))
 }
 
-const DIRECTIONS: [Direction; 2] = [Direction::Hybrid, Direction::Newton];
+const SOLVERS: [Solver; 2] = [Solver::Sobolev, Solver::Newton];
+
+/// Every solver in every precision of the adapter.
+fn both(gpu: &Gpu) -> Vec<(Solver, Precision)> {
+    SOLVERS.into_iter().flat_map(|solver| precisions(gpu).into_iter().map(move |p| (solver, p))).collect()
+}
 
 fn ragged_problems(seed: u64) -> (Fair, Vec<Problem<2>>) {
-    let fair = Fair { energy: bending(2.0) + length(), segments: Segments::PerSpan(6), ..conjugate() };
+    let fair = Fair { energy: bending(2.0) + length(), segments: Segments::PerSpan(6), ..sobolev() };
     // More than two workgroups, of which the last is not full.
     let sizes: Vec<usize> = RAGGED.into_iter().cycle().take(2 * GROUP + 5).collect();
     let problems = problems::<2>(&fair, &batch::<2>(&sizes, |i| i % 2 == 1, seed));
@@ -34,9 +39,8 @@ fn a_descent_has_the_same_bits_however_its_ticks_are_divided() {
     // One of which llvmpipe would not finish 64 ticks in one dispatch.
     let long = Fair { segments: Segments::PerSpan(100), ..fair.clone() };
     problems_of_all.extend(problems::<2>(&long, &batch::<2>(&[5], |_| true, 55)));
-    for (direction, precision) in DIRECTIONS.into_iter().flat_map(|d| precisions(&gpu).into_iter().map(move |p| (d, p)))
-    {
-        let plan = Plan { direction, ..plan_of(&fair) };
+    for (solver, precision) in both(&gpu) {
+        let plan = Plan { solver, ..plan_of(&fair) };
         let problems = loosened(&problems_of_all, precision);
         let run = |most_ticks: u32, ended: &mut Vec<usize>| {
             let run = Run {
@@ -55,7 +59,7 @@ fn a_descent_has_the_same_bits_however_its_ticks_are_divided() {
         for (k, most_ticks) in [(1, 1), (2, 7)] {
             let divided = run(most_ticks, &mut counts[k]);
             for (i, (a, b)) in whole.iter().zip(&divided).enumerate() {
-                assert_eq!(bits(a), bits(b), "{direction:?} {precision:?}, {most_ticks} ticks a dispatch, curve {i}");
+                assert_eq!(bits(a), bits(b), "{solver:?} {precision:?}, {most_ticks} ticks a dispatch, curve {i}");
             }
         }
         // Curves end at different ticks, and every one is reported once.
@@ -68,20 +72,19 @@ fn a_descent_has_the_same_bits_however_its_ticks_are_divided() {
 fn a_curve_has_the_same_bits_whatever_its_neighbours() {
     let Some(gpu) = gpu() else { return };
     let (fair, problems) = ragged_problems(52);
-    for (direction, precision) in DIRECTIONS.into_iter().flat_map(|d| precisions(&gpu).into_iter().map(move |p| (d, p)))
-    {
-        let plan = Plan { direction, ..plan_of(&fair) };
+    for (solver, precision) in both(&gpu) {
+        let plan = Plan { solver, ..plan_of(&fair) };
         let problems = loosened(&problems, precision);
         let together = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &refs(&problems), &|_, _| {}).unwrap();
         let backwards: Vec<_> = problems.iter().rev().cloned().collect();
         let backwards = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &refs(&backwards), &|_, _| {}).unwrap();
         for (i, (a, b)) in together.iter().zip(backwards.iter().rev()).enumerate() {
-            assert_eq!(bits(a), bits(b), "{direction:?} {precision:?}, curve {i} of the batch and of its reverse");
+            assert_eq!(bits(a), bits(b), "{solver:?} {precision:?}, curve {i} of the batch and of its reverse");
         }
         for i in [0, 1, 20] {
             let alone =
                 descend_on_gpu(&gpu, precision, &plan, &fair.energy, &refs(&problems[i..=i]), &|_, _| {}).unwrap();
-            assert_eq!(bits(&together[i]), bits(&alone[0]), "{direction:?} {precision:?}, curve {i} alone");
+            assert_eq!(bits(&together[i]), bits(&alone[0]), "{solver:?} {precision:?}, curve {i} alone");
         }
     }
 }
@@ -90,9 +93,8 @@ fn a_curve_has_the_same_bits_whatever_its_neighbours() {
 fn a_curve_that_is_no_number_breaks_and_leaves_its_neighbours_bits() {
     let Some(gpu) = gpu() else { return };
     let (fair, problems) = ragged_problems(53);
-    for (direction, precision) in DIRECTIONS.into_iter().flat_map(|d| precisions(&gpu).into_iter().map(move |p| (d, p)))
-    {
-        let plan = Plan { direction, ..plan_of(&fair) };
+    for (solver, precision) in both(&gpu) {
+        let plan = Plan { solver, ..plan_of(&fair) };
         let sound = loosened(&problems, precision);
         let mut spoilt = sound.clone();
         let (nan, infinite, nothing) = (9, 12, 3);
@@ -103,14 +105,14 @@ fn a_curve_that_is_no_number_breaks_and_leaves_its_neighbours_bits() {
         let found = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &refs(&spoilt), &|_, _| {}).unwrap();
         for i in 0..found.len() {
             if [nan, infinite, nothing].contains(&i) {
-                assert_eq!(found[i].standing, Standing::Broken, "{direction:?} {precision:?}, curve {i}");
-                assert!(!found[i].energy.is_finite(), "{direction:?} {precision:?}, curve {i}");
+                assert_eq!(found[i].standing, Standing::Broken, "{solver:?} {precision:?}, curve {i}");
+                assert!(!found[i].energy.is_finite(), "{solver:?} {precision:?}, curve {i}");
                 assert!(
                     found[i].displacements.iter().flatten().all(|&x| x == 0.0),
-                    "{direction:?} {precision:?}, curve {i}"
+                    "{solver:?} {precision:?}, curve {i}"
                 );
             } else {
-                assert_eq!(bits(&wanted[i]), bits(&found[i]), "{direction:?} {precision:?}, curve {i}");
+                assert_eq!(bits(&wanted[i]), bits(&found[i]), "{solver:?} {precision:?}, curve {i}");
             }
         }
     }
@@ -123,17 +125,17 @@ fn what_the_iterations_or_the_length_end_is_said_as_by_the_cpu() {
     // iterations.
     let hairpin = [0.0, 0.0, 1.0, 0.05, 0.0, 0.1, 1.0, 0.15, 0.0, 0.2];
     let batch = CurveBatch::from_ragged(2, hairpin.to_vec(), vec![0, 5]).unwrap();
-    let fair = Fair { energy: bending(2.0), segments: Segments::PerSpan(8), ..conjugate() };
+    let fair = Fair { energy: bending(2.0), segments: Segments::PerSpan(8), ..sobolev() };
     let bounded = Fair { energy: bending(2.0) + length(), max_iterations: 3, ..fair.clone() };
     let fairs = [Fair { max_iterations: 5000, ..fair }, bounded];
-    for (fair, direction) in fairs.into_iter().flat_map(|fair| DIRECTIONS.map(|direction| (fair.clone(), direction))) {
-        let fair = Fair { direction, ..fair };
+    for (fair, solver) in fairs.into_iter().flat_map(|fair| SOLVERS.map(|solver| (fair.clone(), solver))) {
+        let fair = Fair { solver, ..fair };
         let (plan, problems) = (plan_of(&fair), problems::<2>(&fair, &batch));
         let wanted = &descend_on_cpu(&plan, &fair.energy, &refs(&problems), &|_, _| {})[0];
         assert!([Standing::Unbounded, Standing::Exhausted].contains(&wanted.standing), "{:?}", wanted.standing);
         for precision in precisions(&gpu) {
             let found = &descend_on_gpu(&gpu, precision, &plan, &fair.energy, &refs(&problems), &|_, _| {}).unwrap()[0];
-            assert_eq!(found.standing, wanted.standing, "{} {direction:?} {precision:?}", fair.energy);
+            assert_eq!(found.standing, wanted.standing, "{} {solver:?} {precision:?}", fair.energy);
         }
     }
 }
@@ -141,15 +143,12 @@ fn what_the_iterations_or_the_length_end_is_said_as_by_the_cpu() {
 #[test]
 fn curves_up_to_the_longest_for_a_thread_descend_there_and_longer_ones_on_the_host() {
     let Some(gpu) = gpu() else { return };
-    // 14 (n + 8) + 4 · 5 turns for n vertices.
-    let longest = (LOOP_TURNS - 20) / 14 - 8;
-    assert!(
-        loop_turns(2, Way::Gradients, longest, 5) <= LOOP_TURNS
-            && loop_turns(2, Way::Gradients, longest + 1, 5) > LOOP_TURNS
-    );
+    // 5 (n + 8) turns for n vertices.
+    let longest = LOOP_TURNS / 5 - 8;
+    assert!(loop_turns(2, 1, longest) <= LOOP_TURNS && loop_turns(2, 1, longest + 1) > LOOP_TURNS);
     let spans = 4;
     let n = (longest - 1) / spans;
-    let fair = Fair { energy: bending(2.0) + length(), ..conjugate() };
+    let fair = Fair { energy: bending(2.0) + length(), ..sobolev() };
     let fair_of = |n: usize| Fair { segments: Segments::PerSpan(n), ..fair.clone() };
     let batch = batch::<2>(&[5], |_| false, 61);
     let mut mixed = problems::<2>(&fair_of(n + 1), &batch);
@@ -183,7 +182,7 @@ fn curves_up_to_the_longest_for_a_thread_descend_there_and_longer_ones_on_the_ho
 #[test]
 fn energies_of_order_3_are_descended_by_the_host() {
     let Some(gpu) = gpu() else { return };
-    let fair = Fair { energy: variation() + length(), segments: Segments::PerSpan(4), ..conjugate() };
+    let fair = Fair { energy: variation() + length(), segments: Segments::PerSpan(4), ..sobolev() };
     let (plan, problems) = (plan_of(&fair), problems::<2>(&fair, &batch::<2>(&[4, 5], |i| i == 1, 71)));
     let wanted = descend_on_cpu(&plan, &fair.energy, &refs(&problems), &|_, _| {});
     let found = descend_on_gpu(&gpu, Precision::F32, &plan, &fair.energy, &refs(&problems), &|_, _| {}).unwrap();
@@ -193,7 +192,7 @@ fn energies_of_order_3_are_descended_by_the_host() {
 #[test]
 fn an_energy_that_no_kernel_can_be_made_of_is_refused_in_a_sentence() {
     let Some(gpu) = gpu() else { return };
-    let fair = Fair { energy: bending(2.0), ..conjugate() };
+    let fair = Fair { energy: bending(2.0), ..sobolev() };
     let problems = problems::<2>(&fair, &batch::<2>(&[4], |_| false, 81));
     let energy = Energy::custom(Mixed(2));
     let error =
@@ -253,8 +252,8 @@ fn curves_too_long_for_a_thread_descend_with_lanes() {
             Run { gpu: &gpu, precision, plan: &plan, energy, problems: &all, most_ticks, lanes: Some(lanes) }
         };
         let (alone, shared) = (run(1), run(8));
-        assert!((0..2).all(|i| alone.turns(Way::Newton(1), i) > LOOP_TURNS));
-        assert!((0..2).all(|i| shared.turns(Way::Newton(8), i) <= LOOP_TURNS));
+        assert!((0..2).all(|i| alone.turns(1, i) > LOOP_TURNS));
+        assert!((0..2).all(|i| shared.turns(8, i) <= LOOP_TURNS));
         let (mut ended, found) = (0, shared);
         let found = found.descend(&mut |more| ended += more, &|_, _| {}).unwrap();
         assert_eq!(ended, 2, "on the device");
@@ -281,14 +280,8 @@ fn threads_of_a_workgroup_share_the_ticks_of_its_longest_curve() {
 #[test]
 fn structs_are_those_of_the_kernel() {
     let key = descent_kernels(Precision::F32).remove(0);
-    assert_layout!(key, DescentParams { tasks, numbers, direction, search, ticks, lanes });
+    assert_layout!(key, DescentParams { tasks, numbers, ticks, lanes });
     assert_layout!(key, DescentTask { slot, ticks });
-    assert_layout!(
-        key,
-        DescentCurve { fixed_start, displacement_start, work_start, stride, segments, closed, first_pin, pin_count }
-    );
-    assert_layout!(
-        key,
-        DescentState { standing, iterations, evaluations, flags, since_best, trials, most_iterations, padding }
-    );
+    assert_layout!(key, DescentCurve { fixed_start, displacement_start, work_start, stride, segments, closed });
+    assert_layout!(key, DescentState { standing, iterations, evaluations, flags, since_best, most_iterations });
 }
