@@ -1,4 +1,4 @@
-//! How long do an energy with its gradient and a whole fit of discrete fair curves take, on the CPU?
+//! How long do an energy with its gradient and a whole fit of discrete fair curves take on the CPU?
 //!
 //! The bound of both is the traffic of a pass over the vertices, 2 · 2 numbers of 8 bytes
 //! each, at the copy bandwidth of as many threads.

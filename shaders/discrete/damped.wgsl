@@ -1,5 +1,5 @@
-// Newton's method damped in the Sobolev metric, (H + λL) p = −g, one trial a tick, until √(−g·p) is small; with SOBOLEV L is in
-// the place of H. For descent.wgsl. Twin: src/discrete/damped.rs.
+// Directions of Newton's method damped in the Sobolev metric, (H + λL) p = −g, or with SOBOLEV of
+// Sobolev gradients, L p = −g, and one trial a tick. For descent.wgsl. Twin: src/discrete/damped.rs.
 
 // Of a direction: whether its matrix was positive definite, g·p, and the square of the largest
 // change of an edge to its length.

@@ -1,20 +1,22 @@
-// Curves on their way down an energy, by Newton's method, or with SOBOLEV along Sobolev gradients. A tick is one direction and
-// the trial along it. A dispatch has many ticks. Everything that a curve needs to go on is in storage, so that a descent
-// is the same whatever its ticks are divided into. A thread has a curve for itself (descent/alone.wgsl),
-// or with LANES several threads share one (descent/lanes.wgsl). Twin: src/discrete/descent.rs, which
-// says why.
+// Curves that descend an energy, by Newton's method, or with SOBOLEV along Sobolev gradients. A tick
+// is one direction and the trial along it. A dispatch has many ticks. Everything that a curve needs
+// to go on is in storage, so that a descent is the same whatever its ticks are divided into. A
+// thread has a curve for itself (descent/alone.wgsl), or with LANES several threads share one
+// (descent/lanes.wgsl). Twin: src/discrete/descent.rs, which says why.
 //
 // Curves of $SIDE threads stand side by side in `fixed`, `displacements` and `work`: number c of
 // row v in a section of width w is (v w + c) $SIDE words from the section's first, the curve's
-// place being part of that. The order is FIRST, SECOND or THIRD, the third where lanes share curves.
+// place being part of that. The order is FIRST, SECOND or THIRD, the third where lanes share
+// curves.
 
 struct DescentParams {
     // Curves listed in `tasks`.
     tasks: u32,
     // Numbers of a curve in `lanes`.
     numbers: u32,
-    // With LANES: of every curve, which so many lanes share.
+    // With LANES: of every curve.
     ticks: u32,
+    // With LANES: the number of lanes that share a curve.
     lanes: u32,
 }
 
@@ -68,9 +70,9 @@ const GIVEN_LONGEST: u32 = 2u;
 @group(0) @binding(4) var<storage, read_write> states: array<DescentState>;
 @group(0) @binding(5) var<storage, read_write> lanes: array<real>;
 @group(0) @binding(6) var<storage, read_write> displacements: array<real>;
-// Sections p, g, x of vectors, then lengths of edges, with SURFACE n·g of the curve as it stands and of the trial, and where the
-// trial moves vertices; then the factors, and what they share with the border of a closed curve before its first section; with
-// LANES in their place the blocks by vertices, and what the lanes of a ring share.
+// Sections p, g, x of vectors, then lengths of edges, with SURFACE n·g of the curve as it stands and
+// of the trial, and where the trial moves vertices; then the factors, and what they share with the
+// border of a closed curve before its first section; with LANES in their place the blocks by vertices, and what the lanes of a ring share.
 @group(0) @binding(7) var<storage, read_write> work: array<real>;
 //:if SURFACE_TABLE
 // What the text of the surface reads.
@@ -144,7 +146,7 @@ fn relative_change(curve: Curve, j: u32, change: vector) -> real {
     return dot(change, change) * inverse * inverse;
 }
 
-// Counts the steps in a row without progress. Returns whether there are more than PATIENCE.
+// Counts the steps in a row without progress. Returns whether there are too many.
 fn falls_short(lane: ptr<function, Lane>) -> bool {
     let norm = sqrt((*lane).norm2);
     if (norm < PROGRESS * (*lane).best || (*lane).energy < (*lane).energy_then) {
@@ -154,7 +156,11 @@ fn falls_short(lane: ptr<function, Lane>) -> bool {
     } else {
         (*lane).since_best += 1u;
     }
+//:if SOBOLEV
+    return (*lane).since_best > SOBOLEV_PATIENCE;
+//:else
     return (*lane).since_best > PATIENCE;
+//:end
 }
 
 fn has_run_away(lane: ptr<function, Lane>, curve: Curve) -> bool {

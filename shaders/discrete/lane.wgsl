@@ -13,6 +13,7 @@ const STANDING_BROKEN: u32 = 6u;
 const STANDING_LEFT: u32 = 7u;
 
 const PATIENCE: u32 = 16u;
+const SOBOLEV_PATIENCE: u32 = 100u;
 const PROGRESS: real = real(0.7);
 const CONTRACTION: real = real(1e-2);
 const ROUGH: real = real(1e-6);

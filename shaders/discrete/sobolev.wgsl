@@ -1,4 +1,4 @@
-// Sobolev gradients: the metric L, in the place of H, and the steps along −L⁻¹g. Of orders 1 and 2.
+// Sobolev gradients of orders 1 and 2: the metric L in the place of H, and the steps along −L⁻¹g.
 // Twin: src/discrete/sobolev.rs, which says why.
 
 const MEMORY: real = real(0.85);

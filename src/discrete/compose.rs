@@ -78,17 +78,17 @@ struct Kind {
 }
 
 impl Kind {
-    fn of(functional: &Functional, epsilon: f64) -> Result<Self, String> {
+    fn of(functional: &Functional, epsilon: f64, dimension: usize) -> Self {
         let word = functional.word();
-        let definitions = functional.facts().definitions(epsilon)?;
-        Ok(Kind {
+        let definitions = functional.facts().definitions(epsilon, dimension);
+        Kind {
             edges: functional.order(),
             rank: Energy::NAMES.iter().position(|name| *name == word).unwrap_or(usize::MAX),
             word: word.into(),
             degree: functional.facts().degree().to_string(),
             fence: functional.fence(),
             definitions: sort::map(definitions.into_iter().map(|(name, value)| (name.to_string(), value))),
-        })
+        }
     }
 }
 
@@ -110,8 +110,8 @@ impl Composition {
     /// A sentence that says what cannot be compiled into a kernel.
     pub fn of(energy: &Energy, gauge: usize, dimension: usize, precision: Precision) -> Result<Self, String> {
         let epsilon = precision.epsilon();
-        let of_terms = energy.terms().iter().map(|(_, functional)| Kind::of(functional, epsilon));
-        let of_terms: Vec<Kind> = of_terms.collect::<Result<_, _>>()?;
+        let of_terms = energy.terms().iter().map(|(_, functional)| Kind::of(functional, epsilon, dimension));
+        let of_terms: Vec<Kind> = of_terms.collect();
         let mut kinds = of_terms.clone();
         sort::by(&mut kinds, Kind::cmp);
         kinds.dedup();

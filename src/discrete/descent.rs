@@ -1,8 +1,8 @@
 //! [`Descent`]: curves that descend an energy, with one curve a lane and one trial a tick.
 //!
-//! A tick evaluates the energy and its gradient at u + αp, for the direction p of [`damped`](super::damped). Lanes that have ended
-//! stay as they are. A lane holds everything its curve needs to go on, so a descent can be stopped after any tick and
-//! resumed.
+//! A tick evaluates the energy and its gradient at u + αp, where p is the direction of
+//! [`damped`](super::damped). Lanes that have ended stay as they are. A lane holds everything its
+//! curve needs to go on, so a descent can be stopped after any tick and resumed.
 
 use super::edges::Edges;
 use super::energy::{Functional, Hold, Wall};
@@ -55,7 +55,6 @@ pub(crate) struct Descent<'a, S: Scalar, const D: usize> {
 
 impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
     /// Curves at their bases.
-    ///
     #[allow(clippy::too_many_arguments)]
     pub fn new(
         plan: Plan,

@@ -82,7 +82,7 @@ const STANDINGS: [Standing; 6] = [
 /// The arrays of a chunk that are read back.
 const WANTED: [&str; 3] = ["states", "lanes", "displacements"];
 
-/// Curves that stand side by side in memory: those of a workgroup's threads, or one that this many lanes share.
+/// Curves that stand side by side in memory: those of a workgroup's threads, or one that lanes share.
 fn side(lanes: usize) -> usize {
     if lanes == 1 { GROUP } else { 1 }
 }
@@ -155,7 +155,7 @@ impl<const D: usize> Run<'_, D> {
     /// told of each curve when it is back.
     pub fn descend(&self, progress: &mut dyn FnMut(usize), ended: Ended<'_, D>) -> Result<Vec<Outcome<D>>> {
         let problems = self.problems;
-        let open = self.open_lanes();
+        let open = self.open_lanes(self.composition(&[])?.edges());
         let takes = |lanes: usize, i: usize| self.turns(lanes, i) <= LOOP_TURNS;
         let table = self.table();
         let is_taken = |i: usize| table.is_some() && self.is_for_kernel(i) && open.iter().any(|&lanes| takes(lanes, i));
@@ -177,10 +177,12 @@ impl<const D: usize> Run<'_, D> {
     }
 
     /// The numbers of lanes that curves of this run may have, in increasing order.
-    fn open_lanes(&self) -> Vec<usize> {
+    ///
+    /// `edges` is the most that a term sees.
+    fn open_lanes(&self, edges: usize) -> Vec<usize> {
         let order = reach(self.plan);
-        // A term of negative weight may couple more vertices than the inner product does.
-        if !self.composition(&[]).is_ok_and(|composition| composition.edges() == order) {
+        // A term of weight 0 may couple more vertices than the inner product does.
+        if edges != order {
             return vec![];
         }
         // Hardware has the registers for fences in lanes alone, as for spatial curves.

@@ -245,11 +245,11 @@ pub struct Fair {
     ///
     /// 1e-8 by default, and smaller is stricter.
     ///
-    /// By Newton's method it is the decrement √(gᵀH⁻¹g), whose square is twice what is left to gain; by others √(gᵀL⁻¹g) in the
-    /// Sobolev metric L, which is H at a straight curve. The curve is scaled to size 1, and
-    /// the energy to weight 1 of its highest order. For |κ|^ν that is a weight of κ̄^(2 − ν), where
-    /// κ̄ is the mean curvature of the start. In f32 the tolerance is at least 1.1 ε √E/h, which
-    /// rounding leaves.
+    /// By Newton's method it is the decrement √(gᵀH⁻¹g), whose square is twice what is left to
+    /// gain. By Sobolev gradients it is √(gᵀL⁻¹g) in the Sobolev metric L, which is H at a straight
+    /// curve. The curve is scaled to size 1, and the energy to weight 1 of its highest order. For
+    /// |κ|^ν that is a weight of κ̄^(2 − ν), where κ̄ is the mean curvature of the start. In f32 the
+    /// tolerance is at least 1.1 ε √E/h, which rounding leaves.
     pub tolerance: f64,
     /// The most iterations.
     ///

@@ -9,7 +9,7 @@ use crate::linalg::{Real, Scalar};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Standing {
     Running = 1,
-    /// The decrement √(−g·p) is at most the tolerance.
+    /// The norm of the gradient is at most the tolerance.
     Converged,
     /// No direction leads down any more, because of rounding or not.
     Stalled,
@@ -30,6 +30,9 @@ pub(crate) enum Standing {
 /// Progress is a fall of the norm to [`PROGRESS`] of its best, or a fall of the energy by
 /// [`FALL_EPSILONS`].
 const PATIENCE: u32 = 16;
+
+/// The same for Sobolev gradients, whose steps may increase the energy.
+const SOBOLEV_PATIENCE: u32 = 100;
 
 /// See [`PATIENCE`].
 const PROGRESS: f64 = 0.7;
@@ -70,7 +73,7 @@ pub(super) enum Steps<N> {
 pub(crate) struct Lane<N> {
     pub standing: Standing,
     pub energy: N,
-    /// The square of the decrement.
+    /// The square of the gradient's norm.
     pub norm2: N,
     pub length: N,
     pub iterations: u32,
@@ -147,10 +150,10 @@ impl<N: Real + Scalar> Lane<N> {
     /// Ends the lane before a trial along p, if it does. Returns whether there is a trial.
     ///
     /// `slope` is g·p, `smallest` the smallest pivot of the system, and `alpha` how much of p is
-    /// taken. The norm of the gradient is that of Newton's method, √((1 + λ)|g·p|): where H ≥ L, it
-    /// is at most √(1 + λ) times too small. For Sobolev gradients it is √⟨z, z⟩. A lane converges
-    /// when the norm is small, or when Newton's steps contract so fast that it will be after this
-    /// one. It takes the step too, if it can.
+    /// taken. The norm of the gradient is √((1 + λ)|g·p|). For Newton's method it is at most
+    /// √(1 + λ) times less than √(gᵀH⁻¹g) where H ≥ L, and for Sobolev gradients it is √⟨z, z⟩. A
+    /// lane converges when the norm is small, or when Newton's steps contract so fast that it will
+    /// be after this one. It takes the step too, if it can.
     pub(super) fn aim(&mut self, smallest: N, slope: N, alpha: N) -> bool {
         if self.standing != Standing::Running {
             return false;
@@ -218,7 +221,7 @@ impl<N: Real + Scalar> Lane<N> {
         }
     }
 
-    /// Counts a step without progress. Returns whether more than [`PATIENCE`] steps in a row had none.
+    /// Counts a step without progress. Returns whether too many steps in a row had none.
     fn falls_short(&mut self) -> bool {
         let norm = self.norm2.sqrt();
         if norm < N::of(PROGRESS) * self.best || self.energy < self.energy_then {
@@ -227,7 +230,8 @@ impl<N: Real + Scalar> Lane<N> {
         } else {
             self.since_best += 1;
         }
-        self.since_best > PATIENCE
+        let patience = if matches!(self.steps, Steps::Newton(_)) { PATIENCE } else { SOBOLEV_PATIENCE };
+        self.since_best > patience
     }
 }
 

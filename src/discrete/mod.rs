@@ -10,18 +10,17 @@
 //! - [`Fair`] is the method. It has an [`Energy`], a number of edges a span, and points that are
 //!   pinned. [`Energy::evaluate`] gives values, gradients and Hessians of given curves.
 //! - An energy is a sum of terms over the tangents and lengths of one, two or three consecutive
-//!   edges. [`Custom`] energies of your own take part in the same way. They run on a GPU too if
-//!   they bring their WGSL.
+//!   edges. [Energies of your own](Energy::custom) take part in the same way, on a GPU too.
 //! - Curves descend by Newton's method, (H + λL) p = −g. The gauge keeps edges between data points
 //!   equal, and does not change the shape. With it the Hessian H is regular at a minimum, and three
 //!   steps suffice. L is the Sobolev inner product of the energy's order. λ grows from 0 where H is
 //!   indefinite or a step fails. The decrement √(−g·p) says when it is enough.
 //! - A strategy is an `async fn` for one curve: it asks the queue for a descent and goes on with the outcome. Only the
 //!   queue knows that there are many curves.
-//! - Sobolev gradients L⁻¹g are the other way to descend. An ordinary gradient has two derivatives
-//!   fewer than the curve for every order of the energy, so steps along it are of the size of the
-//!   finest edge. In the inner product of the energy's order the number of steps does not depend on
-//!   the number of vertices.
+//! - Sobolev gradients L⁻¹g are the other way to descend ([`Solver`]). An ordinary gradient has two
+//!   derivatives fewer than the curve for every order of the energy, so steps along it are of the
+//!   size of the finest edge. In the inner product of the energy's order the number of steps does
+//!   not depend on the number of vertices.
 //! - With [`Fair::deviation`] curves pass near their points. They are as fair as the largest
 //!   deviation allows.
 //! - With [`Fair::limits`] curves keep a largest curvature, turn only to the side to which their points turn, go on in a
@@ -33,8 +32,8 @@
 //! |---|---|
 //! | `fair`, `limits` | options |
 //! | `division`, `setup`, `constrain`, `corners`, `flat`, `near`, `starts` | from data points to problems |
-//! | `edges`, `energy`, `hessian`, `newton`, `within` | an energy, its derivatives and the systems of a step |
-//! | `lane`, `damped`, `metric`, `line_search`, `descent` | descents side by side |
+//! | `edges`, `energy`, `hessian`, `newton`, `sobolev`, `within` | an energy, its derivatives and the systems of a step |
+//! | `lane`, `damped`, `descent` | descents side by side |
 //! | `problem`, `descent_gpu` | descents of many problems, on the CPU and on a GPU |
 //! | `queue` | what curves ask for |
 //! | `continuation`, `rough`, `minimise` | the way of a curve to a minimum |

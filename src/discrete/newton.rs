@@ -1,13 +1,9 @@
 //! [`Newton`]: the systems (H + λL) p = −g of curves side by side.
 //!
-//! H is the Hessian of the energies and the gauge. L is the inner product of the energy's order,
-//! and λ ≥ 0 is the damping. λ → ∞ is descent along the Sobolev gradient, and λ = 0 is Newton's
-//! method.
-//!
-//! For Sobolev gradients H is 0, and L is all there is.
-//!
-//! L is the matrix of the inner product of order k, w Σ D_k g · D_k h Δs, plus what holds attached points. With it the number
-//! of steps does not depend on the number of vertices. Of order 1 it is the L_f of the paper, tridiagonal.
+//! H is the Hessian of the energies and the gauge, λ ≥ 0 is the damping, and L is the inner product
+//! w Σ D_k g · D_k h Δs of the energy's order k, plus what holds attached points. With L the number
+//! of steps does not depend on the number of vertices. λ = 0 is Newton's method. Sobolev gradients
+//! have λ = 0 and their [metric](super::sobolev) in the place of H.
 //!
 //! Source: R. J. Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006), sections 2 and 3.
 

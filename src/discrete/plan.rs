@@ -6,12 +6,14 @@ use crate::words::words;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Solver {
-    /// −(H + λL)⁻¹g with the Hessian H and the Sobolev inner product L. λ ≥ 0 damps as far as necessary.
+    /// −(H + λL)⁻¹g with the Hessian H and the Sobolev inner product L.
+    ///
+    /// λ ≥ 0 damps as far as necessary.
     #[default]
     Newton,
-    /// −((1 + λ)L)⁻¹g, the Sobolev gradient. 1/(1 + λ) is the step, as long as the energy allows.
+    /// −αL⁻¹g, where L⁻¹g is the Sobolev gradient and α the step of Barzilai and Borwein.
     ///
-    /// Energies of order 1, length and tension, are always descended like this: their L is H but for tangents.
+    /// Needs first derivatives alone, and about ten times as many iterations.
     Sobolev,
 }
 

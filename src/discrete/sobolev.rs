@@ -1,4 +1,4 @@
-//! Sobolev gradients z = L⁻¹g: the metric L, in the place of Newton's H, and the steps along −z.
+//! Sobolev gradients z = L⁻¹g: the metric L in the place of Newton's H, and the steps along −z.
 //!
 //! | order | ⟨g, h⟩ |
 //! |---|---|
@@ -142,7 +142,8 @@ fn halfway<S: Scalar, const D: usize>(before: Vector<S, D>, after: Vector<S, D>)
 /// The weight of former energies in their mean.
 const MEMORY: f64 = 0.85;
 
-/// A step is accepted if the energy falls below the mean by this fraction of what the slope promises.
+/// A step is accepted if the energy falls below the mean by this fraction of what the slope
+/// promises.
 const SUFFICIENT: f64 = 1e-4;
 
 /// The factor of a step where the energy is concave, and its inverse after a step that failed.

@@ -1,12 +1,11 @@
 //! What energies must be, below the public evaluation: Hessians, the gauge, lanes, single precision.
 
-use glam::{DMat3, DVec3};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
 use super::edges::Edges;
 use super::energy::{
-    Custom, Energy, FENCE_KINDS, Fence, Fencing, Functional, MOST_EDGES, WAYS, Wall, bending, length, variation,
+    Energy, FENCE_KINDS, Fence, Fencing, Functional, MOST_EDGES, WAYS, Wall, bending, length, variation,
 };
 use super::hessian::{BlockHessian, dense};
 use crate::linalg::scalar::{Vector, subtract};
@@ -83,7 +82,7 @@ fn curve<const D: usize>(closed: bool, count: usize, rng: &mut StdRng) -> Vec<Ve
 fn functionals() -> Vec<Option<Functional>> {
     let named = Energy::NAMES.iter().filter_map(|name| Energy::named(name));
     let named = named.filter(|energy| energy.order() > 0 && !energy.is_geodesic());
-    let custom = (1..=MOST_EDGES).map(|edges| Energy::custom(Mixed(edges)));
+    let custom = (1..=MOST_EDGES).map(mixed).chain([every_operation()]);
     let fences = (0..FENCE_KINDS).map(|kind| {
         let kinds = std::array::from_fn(|own| own == kind);
         Energy::default().fenced(Fencing { kinds, ways: [[0.48, 0.6, -0.64]; WAYS], ..Fencing::default() })
@@ -92,66 +91,27 @@ fn functionals() -> Vec<Option<Functional>> {
     all.map(|energy| Some(energy.terms()[0].1.clone())).chain([None]).collect()
 }
 
-/// Σ over edges j ≤ k of the term: (T_j·T_k)² Δs_j Δs_k² + Δs_k x·T_j, where the constant vector x
-/// makes it depend on direction.
-#[derive(Debug)]
-pub(super) struct Mixed(pub usize);
-
-const DIRECTION: DVec3 = DVec3::new(0.3, -1.1, 0.7);
-
-impl Custom for Mixed {
-    fn name(&self) -> &str {
-        "mixed"
-    }
-    fn edges(&self) -> usize {
-        self.0
-    }
-    fn degree(&self) -> f64 {
-        f64::NAN
-    }
-    fn value(&self, t: &[DVec3], s: &[f64]) -> f64 {
-        let pair = |(j, k): (usize, usize)| t[j].dot(t[k]).powi(2) * s[j] * s[k] * s[k] + s[k] * DIRECTION.dot(t[j]);
-        pairs(self.0).map(pair).sum()
-    }
-    fn gradient(&self, t: &[DVec3], s: &[f64], by_tangent: &mut [DVec3], by_length: &mut [f64]) {
-        by_tangent.fill(DVec3::ZERO);
-        by_length.fill(0.0);
-        for (j, k) in pairs(self.0) {
-            let (d, m) = (t[j].dot(t[k]), s[j] * s[k] * s[k]);
-            by_tangent[j] += 2.0 * d * m * t[k] + s[k] * DIRECTION;
-            by_tangent[k] += 2.0 * d * m * t[j];
-            by_length[j] += d * d * s[k] * s[k];
-            by_length[k] += 2.0 * d * d * s[j] * s[k] + DIRECTION.dot(t[j]);
-        }
-    }
-    fn hessian(
-        &self,
-        t: &[DVec3],
-        s: &[f64],
-        by_tangents: &mut [[DMat3; MOST_EDGES]; MOST_EDGES],
-        mixed: &mut [[DVec3; MOST_EDGES]; MOST_EDGES],
-        by_lengths: &mut [[f64; MOST_EDGES]; MOST_EDGES],
-    ) {
-        let outer = |a: DVec3, b: DVec3| DMat3::from_cols(a * b.x, a * b.y, a * b.z);
-        for (j, k) in pairs(self.0) {
-            let (d, m) = (t[j].dot(t[k]), s[j] * s[k] * s[k]);
-            by_tangents[j][j] += 2.0 * m * outer(t[k], t[k]);
-            by_tangents[k][k] += 2.0 * m * outer(t[j], t[j]);
-            by_tangents[j][k] += 2.0 * m * (outer(t[k], t[j]) + d * DMat3::IDENTITY);
-            by_tangents[k][j] += 2.0 * m * (outer(t[j], t[k]) + d * DMat3::IDENTITY);
-            mixed[j][j] += 2.0 * d * s[k] * s[k] * t[k];
-            mixed[k][j] += 2.0 * d * s[k] * s[k] * t[j];
-            mixed[j][k] += 4.0 * d * s[j] * s[k] * t[k] + DIRECTION;
-            mixed[k][k] += 4.0 * d * s[j] * s[k] * t[j];
-            by_lengths[j][k] += 2.0 * d * d * s[k];
-            by_lengths[k][j] += 2.0 * d * d * s[k];
-            by_lengths[k][k] += 2.0 * d * d * s[j];
-        }
-    }
+/// Σ over edges j ≤ k of (T_j·T_k)² Δs_j Δs_k² + Δs_k x·T_j, where the constant vector x makes it
+/// depend on direction.
+fn mixed(edges: usize) -> Energy {
+    Energy::custom("mixed", edges, f64::NAN, |t, s| {
+        let x = |k: usize| 0.3 * t[k].x - 1.1 * t[k].y + 0.7 * t[k].z;
+        let pair = |j: usize, k: usize| t[j].dot(t[k]).powf(2.0) * s[j] * s[k] * s[k] + s[k] * x(j);
+        let pairs = (0..edges).flat_map(|k| (0..=k).map(move |j| (j, k)));
+        pairs.map(|(j, k)| pair(j, k)).reduce(|sum, term| sum + term).expect("an edge")
+    })
 }
 
-fn pairs(edges: usize) -> impl Iterator<Item = (usize, usize)> {
-    (0..edges).flat_map(move |k| (0..=k).map(move |j| (j, k)))
+/// A formula of every operation.
+fn every_operation() -> Energy {
+    Energy::custom("every_operation", 2, f64::NAN, |t, s| {
+        let across = t[0].cross(t[1]);
+        let quotient = (1.5 * s[0] / (s[1] + 0.1)).powf(1.7) - (s[0] * s[1]).sqrt();
+        // Each side of a case once, far from where they meet.
+        let cases = (t[0].x + 2.0).if_positive(t[1].x * s[0], -t[1].y) + (t[0].x - 2.0).if_positive(s[0], s[1] * s[1]);
+        let bounds = (s[0] + s[1]).max(s[1]) * (t[0].y - 2.0).abs().powf(3.0);
+        quotient * (2.0 - across.length_squared()) + cases - bounds / (0.5 * t[1]).dot(t[1])
+    })
 }
 
 fn largest(numbers: &[f64]) -> f64 {

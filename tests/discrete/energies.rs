@@ -4,15 +4,14 @@
 use std::f64::consts::{PI, TAU};
 
 use faircurve::discrete::{
-    Custom, Energy, Evaluate, Evaluation, MOST_EDGES, Want, attachment, bending, length, tautness, tension, torsion,
-    variation,
+    Energy, Evaluate, Evaluation, MOST_EDGES, Want, attachment, bending, length, tautness, tension, torsion, variation,
 };
 use faircurve::{CurveBatch, CurveStatus, Device};
 use glam::{DMat3, DVec3};
 use proptest::prelude::*;
 use serde_json::Value;
 
-use crate::elastica::Elastica;
+use crate::elastica::elastica;
 
 fn numbers(value: &Value) -> Vec<f64> {
     match value.as_array() {
@@ -318,7 +317,7 @@ fn an_energy_of_a_users_own_is_as_good_as_a_built_in_one() {
         let planar: Vec<f64> = points.chunks(3).flat_map(|p| [p[0], p[1]]).collect();
         for (dimension, points) in [(3, &points), (2, &planar)] {
             let run = |energy: Energy| at(&(0.7 * energy + length()), dimension, points, closed, Evaluate::default());
-            let (found, wanted) = (run(Energy::custom(Elastica)), run(bending(2.0)));
+            let (found, wanted) = (run(elastica()), run(bending(2.0)));
             assert_close(&[found.value], &[wanted.value], 0.0, 1e-14, "value");
             assert_close(&found.gradient, &wanted.gradient, 0.0, 1e-14, "gradient");
             assert_close(&found.hessian, &wanted.hessian, 0.0, 1e-14, "Hessian");
@@ -409,35 +408,6 @@ fn targets_that_do_not_go_with_a_curve_are_its_problem() {
     );
 }
 
-/// A custom energy of too many edges.
-#[derive(Debug)]
-struct TooMany;
-
-impl Custom for TooMany {
-    fn name(&self) -> &str {
-        "too_many"
-    }
-    fn edges(&self) -> usize {
-        MOST_EDGES + 1
-    }
-    fn degree(&self) -> f64 {
-        0.0
-    }
-    fn value(&self, _: &[DVec3], _: &[f64]) -> f64 {
-        0.0
-    }
-    fn gradient(&self, _: &[DVec3], _: &[f64], _: &mut [DVec3], _: &mut [f64]) {}
-    fn hessian(
-        &self,
-        _: &[DVec3],
-        _: &[f64],
-        _: &mut [[DMat3; MOST_EDGES]; MOST_EDGES],
-        _: &mut [[DVec3; MOST_EDGES]; MOST_EDGES],
-        _: &mut [[f64; MOST_EDGES]; MOST_EDGES],
-    ) {
-    }
-}
-
 #[test]
 fn arguments_that_make_no_sense_are_named() {
     let curve = batch(2, &[0.0, 0.0, 1.0, 0.0, 2.0, 1.0], false);
@@ -449,7 +419,7 @@ fn arguments_that_make_no_sense_are_named() {
         (bending(0.5), plain, "the exponent of bending is 0.5: give a finite number of at least 1"),
         (-1.0 * length(), plain, "the weight of length is -1: give a finite number of at least 0"),
         (f64::INFINITY * torsion(), plain, "the weight of torsion is inf: give a finite number of at least 0"),
-        (Energy::custom(TooMany), plain, &too_many),
+        (Energy::custom("too_many", edges, 0.0, |_, s| s[0]), plain, &too_many),
         (attachment(), plain, "attachment without data points: give them as targets"),
         (
             attachment(),

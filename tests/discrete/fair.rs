@@ -3,13 +3,13 @@
 use std::f64::consts::{PI, TAU};
 
 use faircurve::discrete::{
-    Custom, Energy, Evaluate, Fair, MOST_EDGES, Pins, Segments, Solver, TORSION_CURVATURE, attachment, bending, length,
-    tension, torsion, variation,
+    Energy, Evaluate, Fair, Pins, Segments, Solver, TORSION_CURVATURE, attachment, bending, length, tension, torsion,
+    variation,
 };
 use faircurve::{CurveBatch, CurveStatus, Device, Sampling};
-use glam::{DMat3, DVec3};
 
 use crate::common::*;
+use crate::elastica::elastica;
 
 fn of(energy: Energy) -> Fair {
     Fair { energy, ..Fair::default() }
@@ -199,56 +199,12 @@ fn both_solvers_lead_to_the_same_curve() {
     assert!(away <= 1e-6 * 4.0, "{away:e}");
 }
 
-/// Bending with ν = 2 as a user would write it.
-#[derive(Debug)]
-struct OwnBending;
-
-impl Custom for OwnBending {
-    fn name(&self) -> &str {
-        "own_bending"
-    }
-
-    fn edges(&self) -> usize {
-        2
-    }
-
-    fn degree(&self) -> f64 {
-        -1.0
-    }
-
-    fn value(&self, tangents: &[DVec3], lengths: &[f64]) -> f64 {
-        2.0 * (tangents[1] - tangents[0]).length_squared() / (lengths[0] + lengths[1])
-    }
-
-    fn gradient(&self, tangents: &[DVec3], lengths: &[f64], by_tangent: &mut [DVec3], by_length: &mut [f64]) {
-        let (turn, sum) = (tangents[1] - tangents[0], lengths[0] + lengths[1]);
-        (by_tangent[0], by_tangent[1]) = (-4.0 / sum * turn, 4.0 / sum * turn);
-        by_length.fill(-2.0 * turn.length_squared() / (sum * sum));
-    }
-
-    fn hessian(
-        &self,
-        tangents: &[DVec3],
-        lengths: &[f64],
-        by_tangents: &mut [[DMat3; MOST_EDGES]; MOST_EDGES],
-        mixed: &mut [[DVec3; MOST_EDGES]; MOST_EDGES],
-        by_lengths: &mut [[f64; MOST_EDGES]; MOST_EDGES],
-    ) {
-        let (turn, sum) = (tangents[1] - tangents[0], lengths[0] + lengths[1]);
-        for (j, k) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-            by_tangents[j][k] = (if j == k { 4.0 } else { -4.0 }) / sum * DMat3::IDENTITY;
-            mixed[j][k] = (if j == 0 { 4.0 } else { -4.0 }) / (sum * sum) * turn;
-            by_lengths[j][k] = 4.0 * turn.length_squared() / (sum * sum * sum);
-        }
-    }
-}
-
 #[test]
 fn an_energy_of_ones_own_gives_the_curve_of_the_same_energy_built_in() {
     for closed in [false, true] {
         let points = if closed { circle(5, 2.0) } else { S.to_vec() };
         let (built_in, report) = fitted::<2>(&of(bending(2.0) + 0.1 * length()), &one(&points, closed), 16);
-        let own = of(Energy::custom(OwnBending) + 0.1 * length());
+        let own = of(elastica() + 0.1 * length());
         let (vertices, own) = fitted::<2>(&own, &one(&points, closed), 16);
         assert_eq!((report.status, own.status), (CurveStatus::Converged, CurveStatus::Converged));
         assert!((own.energy / report.energy - 1.0).abs() <= 1e-12, "{} {}", own.energy, report.energy);

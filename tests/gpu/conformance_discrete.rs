@@ -1,18 +1,15 @@
 //! Discrete energies on the GPU against the CPU: values, slopes, gradients and Hessians, in f32 and
 //! f64 against f64.
 
-use faircurve::discrete::{
-    Custom, Energy, Evaluate, MOST_EDGES, attachment, bending, length, tautness, tension, torsion, variation,
-};
+use faircurve::discrete::{Energy, Evaluate, attachment, bending, length, tautness, tension, torsion, variation};
 use faircurve::{CurveBatch, Device};
-use glam::{DMat3, DVec3};
 use rand::RngExt;
 
 use crate::common::batches::{self, walks};
 use crate::common::conform::{Outcome, Unit, compare};
 use crate::common::discrete::{Case, NO_WEIGHT, PARTS, Part};
 use crate::common::{device, epsilon, precisions, seeded, tolerance};
-use crate::elastica::Elastica;
+use crate::elastica::elastica;
 
 /// Vertices of curves around every block boundary, and some long ones.
 fn sizes() -> Vec<usize> {
@@ -126,7 +123,7 @@ fn a_users_energy_is_evaluated_like_the_same_one_built_in() {
     for dimension in [2, 3] {
         let mut rng = seeded(350);
         let case = Case::new(walks(dimension, &sizes(), &mut rng), &mut rng);
-        let own = 0.7 * Energy::custom(Elastica) + 0.2 * length();
+        let own = 0.7 * elastica() + 0.2 * length();
         let built_in = 0.7 * bending(2.0) + 0.2 * length();
         for part in PARTS {
             let units = case.units(&built_in, part);
@@ -154,62 +151,22 @@ fn exponents_and_users_energies_are_composed_in_any_number() {
     let case = Case::new(walks(2, &sizes(), &mut rng), &mut rng);
     let bends = bending(2.0) + 0.4 * bending(3.0) + 0.2 * bending(1.5) + 0.3 * bending(3.0);
     case.conforms("walks", &bends, &PARTS, &device);
-    let own = 0.7 * Energy::custom(Elastica) + Energy::custom(Quotient { exponent: 0.5 });
-    case.conforms("walks", &(own + 0.2 * Energy::custom(Elastica) + bends), &[Part::Value], &device);
+    let own = 0.7 * elastica() + quotient(0.5);
+    case.conforms("walks", &(own + 0.2 * elastica() + bends), &[Part::Value], &device);
 }
 
 #[test]
 fn two_energies_of_one_name_are_refused_by_a_kernel_in_a_sentence() {
     let Some(device) = device() else { return };
     let batch = CurveBatch::from_slices(&[&[[0.0, 0.0], [1.0, 0.0]][..]]).unwrap();
-    let energy = Energy::custom(Quotient { exponent: 0.5 }) + Energy::custom(Quotient { exponent: 1.5 });
+    let energy = quotient(0.5) + quotient(1.5);
     let error = energy.evaluate(&batch, Evaluate::default(), &device).unwrap_err().to_string();
     assert_eq!(error, "a kernel has something else called quotient: give each energy a name of its own");
 }
 
 /// (Δs/Δs′)^y: a power of any number.
-#[derive(Debug)]
-struct Quotient {
-    exponent: f64,
-}
-
-impl Custom for Quotient {
-    fn name(&self) -> &str {
-        "quotient"
-    }
-
-    fn edges(&self) -> usize {
-        2
-    }
-
-    fn degree(&self) -> f64 {
-        0.0
-    }
-
-    fn value(&self, _: &[DVec3], s: &[f64]) -> f64 {
-        (s[0] / s[1]).powf(self.exponent)
-    }
-
-    fn gradient(&self, _: &[DVec3], _: &[f64], _: &mut [DVec3], _: &mut [f64]) {}
-
-    fn hessian(
-        &self,
-        _: &[DVec3],
-        _: &[f64],
-        _: &mut [[DMat3; MOST_EDGES]; MOST_EDGES],
-        _: &mut [[DVec3; MOST_EDGES]; MOST_EDGES],
-        _: &mut [[f64; MOST_EDGES]; MOST_EDGES],
-    ) {
-    }
-
-    fn wgsl(&self) -> Option<String> {
-        Some(format!(
-            "fn quotient_value(w: Window) -> real {{ return power(w.s0 / w.s1, real({:?})); }}
-             fn quotient_gradient(w: Window) -> Partials {{ return Partials(); }}
-             fn quotient_hessian(w: Window) -> SecondPartials {{ return SecondPartials(); }}",
-            self.exponent
-        ))
-    }
+fn quotient(exponent: f64) -> Energy {
+    Energy::custom("quotient", 2, 0.0, |_, s| (s[0] / s[1]).powf(exponent))
 }
 
 #[test]
@@ -227,7 +184,7 @@ fn powers_of_any_positive_number_in_both_precisions() {
     }
     let case = Case::new(CurveBatch::from_ragged(2, coords, offsets).unwrap(), &mut seeded(360));
     for exponent in [-2.5, -1.3, -0.35, 0.15, 0.5, 1.0, 1.35, 2.2, 3.55] {
-        let energy = Energy::custom(Quotient { exponent });
+        let energy = quotient(exponent);
         for device in both(&device) {
             let [found, wanted] = [&device, &Device::cpu()].map(|d| case.outcome(&energy, Part::Value, d));
             let is_single = epsilon(device.precision()) > 1e-10;

@@ -257,7 +257,8 @@ fn load_hold(curve: Curve, v: u32) -> Hold {
 }
 //:end
 
-// The trial's gradient. It waits in x for the step to be taken: if it is not, the next trial needs g.
+// The trial's gradient. It waits in x for the step to be taken: if it is not, the next trial needs
+// g.
 fn store_gradient(curve: Curve, v: u32, gradient: vector) {
     store_vector(curve.x, v, select(vector(), gradient, is_movable(curve, v)));
 }

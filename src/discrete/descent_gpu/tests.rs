@@ -3,7 +3,7 @@
 mod divided;
 mod newton;
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
@@ -12,7 +12,7 @@ use crate::CurveBatch;
 use crate::discrete::energy::{bending, length, tautness, tension};
 use crate::discrete::problem::descend;
 use crate::discrete::setup::set_up;
-use crate::discrete::{Custom, Fair, MOST_EDGES, Pins, Segments};
+use crate::discrete::{Fair, Pins, Segments};
 use crate::gpu::testing::{gpu, precisions};
 
 /// Gentle curves: open ones along a line, closed ones around a circle.
@@ -142,7 +142,7 @@ fn curves_end_where_those_of_the_cpu_end_attached() {
 #[test]
 fn curves_of_other_exponents_and_of_a_users_energy_end_where_those_of_the_cpu_end() {
     let Some(gpu) = gpu() else { return };
-    for energy in [bending(3.0) + length(), bending(2.5) + 2.0 * length(), Energy::custom(Square) + length()] {
+    for energy in [bending(3.0) + length(), bending(2.5) + 2.0 * length(), square() + length()] {
         let fair = Fair { energy, segments: Segments::PerSpan(5), ..sobolev() };
         check::<2>(&gpu, &fair, &batch::<2>(&RAGGED, |i| i % 2 == 1, 31));
         check::<3>(&gpu, &fair, &batch::<3>(&RAGGED, |i| i % 2 == 0, 32));
@@ -174,83 +174,6 @@ fn single_precision_takes_the_steps_of_its_twin() {
 }
 
 /// Bending of exponent 2 as a user would write it.
-#[derive(Debug)]
-struct Square;
-
-impl Custom for Square {
-    fn name(&self) -> &str {
-        "square"
-    }
-
-    fn edges(&self) -> usize {
-        2
-    }
-
-    fn degree(&self) -> f64 {
-        -1.0
-    }
-
-    fn value(&self, t: &[DVec3], s: &[f64]) -> f64 {
-        (t[1] - t[0]).length_squared() * 2.0 / (s[0] + s[1])
-    }
-
-    fn gradient(&self, t: &[DVec3], s: &[f64], by_tangent: &mut [DVec3], by_length: &mut [f64]) {
-        let (d, r) = (t[1] - t[0], 2.0 / (s[0] + s[1]));
-        (by_tangent[0], by_tangent[1]) = (-2.0 * r * d, 2.0 * r * d);
-        by_length[..2].fill(-0.5 * r * r * d.length_squared());
-    }
-
-    fn hessian(
-        &self,
-        t: &[DVec3],
-        s: &[f64],
-        by_tangents: &mut [[DMat3; MOST_EDGES]; MOST_EDGES],
-        mixed: &mut [[DVec3; MOST_EDGES]; MOST_EDGES],
-        by_lengths: &mut [[f64; MOST_EDGES]; MOST_EDGES],
-    ) {
-        let (d, r) = (t[1] - t[0], 2.0 / (s[0] + s[1]));
-        for (j, k) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
-            by_tangents[j][k] = if j == k { 2.0 * r } else { -2.0 * r } * DMat3::IDENTITY;
-            mixed[j][k] = if j == 0 { r * r * d } else { -r * r * d };
-            by_lengths[j][k] = 0.5 * r * r * r * d.length_squared();
-        }
-    }
-
-    fn wgsl(&self) -> Option<String> {
-        let text = "
-            fn square_value(w: Window) -> real {
-                let d = w.t1 - w.t0;
-                return dot(d, d) * real(2) / (w.s0 + w.s1);
-            }
-
-            fn square_gradient(w: Window) -> Partials {
-                let d = w.t1 - w.t0;
-                let r = real(2) / (w.s0 + w.s1);
-                var p = Partials();
-                p.value = r * dot(d, d);
-                p.t1 = (real(2) * r) * d;
-                p.t0 = -p.t1;
-                p.s0 = real(-0.5) * r * p.value;
-                p.s1 = p.s0;
-                return p;
-            }
-
-            fn square_hessian(w: Window) -> SecondPartials {
-                let d = w.t1 - w.t0;
-                let r = real(2) / (w.s0 + w.s1);
-                var h = SecondPartials();
-                h.t00 = diagonal(real(2) * r);
-                h.t11 = h.t00;
-                h.t01 = real(-1) * h.t00;
-                h.m00 = (r * r) * d;
-                h.m01 = h.m00;
-                h.m10 = -h.m00;
-                h.m11 = h.m10;
-                h.s00 = real(0.5) * r * r * r * dot(d, d);
-                h.s01 = h.s00;
-                h.s11 = h.s00;
-                return h;
-            }";
-        Some(text.into())
-    }
+fn square() -> Energy {
+    Energy::custom("square", 2, -1.0, |t, s| 2.0 * (t[1] - t[0]).length_squared() / (s[0] + s[1]))
 }

@@ -26,9 +26,9 @@ impl Facts for Ahead {
         0.0
     }
 
-    fn definitions(&self, _epsilon: f64) -> Result<BTreeMap<&'static str, String>, String> {
+    fn definitions(&self, _: f64, _: usize) -> BTreeMap<&'static str, String> {
         let [x, y, z] = self.direction.map(literal);
-        Ok(sort::map([("X", x), ("Y", y), ("Z", z)]))
+        sort::map([("X", x), ("Y", y), ("Z", z)])
     }
 }
 

@@ -55,7 +55,7 @@ impl Facts for Bending {
     /// The powers of q = |T′ − T|², of c and of a = Δa.
     ///
     /// c is q, or the rounding of q where q is below it.
-    fn definitions(&self, epsilon: f64) -> Result<BTreeMap<&'static str, String>, String> {
+    fn definitions(&self, epsilon: f64, _: usize) -> BTreeMap<&'static str, String> {
         let nu = self.exponent;
         let mut own = sort::map([
             ("ROUNDING", literal(epsilon * epsilon)),
@@ -75,7 +75,7 @@ impl Facts for Bending {
         if own.values().any(|text| text.contains("power(")) {
             own.insert("POWER", "1".into());
         }
-        Ok(own)
+        own
     }
 
     fn note(&self) -> String {

@@ -1,93 +1,154 @@
-//! Custom energies of a user.
-
-// Loops over coordinates by index match the formulas.
-#![allow(clippy::needless_range_loop)]
+//! Custom energies of a user, from the formula of their term.
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 use std::sync::Arc;
 
-use glam::{DMat3, DVec3};
-
-use super::{Facts, MOST_EDGES, Partials, SecondPartials, Term, Visitor, Window};
-use crate::linalg::scalar::number;
-use crate::linalg::{Real, Scalar};
+use super::formula::{Expression, ExpressionVector, Program, Tape};
+use super::{Energy, Facts, Functional, MOST_EDGES, Partials, SecondPartials, Term, Visitor, Window};
+use crate::linalg::Scalar;
 use crate::sort;
 
-/// A custom energy: Σ term(tangents, lengths) over every run of [`edges`](Self::edges) consecutive
-/// edges of a curve.
-///
-/// The term is a function of unit tangents T and lengths Δs, taken as independent variables. The
-/// chain rule to the vertices is faircurve's. 2-D curves have z = 0 everywhere.
-///
-/// A GPU needs the same three functions in WGSL, see [`wgsl`](Self::wgsl). Without them the CPU
-/// fits the curves.
-pub trait Custom: Send + Sync + std::fmt::Debug {
-    /// The name, of letters, digits and underscores.
-    fn name(&self) -> &str;
-
-    /// The number of edges that a term sees, from 1 to [`MOST_EDGES`].
+impl Energy {
+    /// A custom energy: Σ term(tangents, lengths) over every run of `edges` consecutive edges of a
+    /// curve, from 1 to [`MOST_EDGES`].
     ///
-    /// It is also the number of derivatives that the term holds.
-    fn edges(&self) -> usize;
-
-    /// The degree of E(c·f) = c^degree E(f).
+    /// The term is a function of unit tangents T and lengths Δs. It is called once, and its
+    /// derivatives and its kernel follow from the formula. 2-D curves have z = 0 everywhere. The
+    /// name consists of letters, digits and underscores. The degree is that of E(c·f) =
+    /// c^degree E(f): bending ∫κ² ds has −1. The number of edges is also the number of derivatives
+    /// that the term holds.
     ///
-    /// Bending ∫κ² ds has −1.
-    fn degree(&self) -> f64;
-
-    /// The term.
+    /// ```
+    /// use faircurve::discrete::{Energy, Fair, bending, length};
+    /// use faircurve::{CurveBatch, Device};
     ///
-    /// Tangents and lengths have [`edges`](Self::edges) entries.
-    fn value(&self, tangents: &[DVec3], lengths: &[f64]) -> f64;
-
-    /// The partial derivatives of the term.
-    ///
-    /// They are written, not added.
-    fn gradient(&self, tangents: &[DVec3], lengths: &[f64], by_tangent: &mut [DVec3], by_length: &mut [f64]);
-
-    /// The second partial derivatives, written into arrays that hold 0.
-    ///
-    /// They are by two tangents, by tangent and length, and by two lengths. The row of a matrix is
-    /// the component of the first tangent. Both entries of a symmetric pair must be written.
-    fn hessian(
-        &self,
-        tangents: &[DVec3],
-        lengths: &[f64],
-        by_tangents: &mut [[DMat3; MOST_EDGES]; MOST_EDGES],
-        mixed: &mut [[DVec3; MOST_EDGES]; MOST_EDGES],
-        by_lengths: &mut [[f64; MOST_EDGES]; MOST_EDGES],
-    );
-
-    /// The three functions in WGSL, if the energy is to run on a GPU.
-    ///
-    /// They use the alias `real` and the vector `vector` of 2 or 3 components. Their names are
-    /// `NAME_value`, `NAME_gradient` and `NAME_hessian`, as in the files of
-    /// `shaders/discrete/energy`. Everything else that the text defines needs a name of its own.
-    /// Energies with the same name and text count as one.
-    fn wgsl(&self) -> Option<String> {
-        None
+    /// // ∫κ² ds, written anew.
+    /// let elastica = Energy::custom("elastica", 2, -1.0, |t, s| {
+    ///     2.0 * (t[1] - t[0]).length_squared() / (s[0] + s[1])
+    /// });
+    /// let batch = CurveBatch::from_slices(&[&[[0.0, 0.0], [1.0, 1.0], [2.0, 0.0]][..]])?;
+    /// let of = |energy| Fair { energy, ..Fair::default() }.fit(&batch, &Device::cpu());
+    /// let [own, built_in] = [of(elastica + 0.1 * length())?, of(bending(2.0) + 0.1 * length())?];
+    /// assert!((own.reports()[0].energy - built_in.reports()[0].energy).abs() < 1e-12);
+    /// # Ok::<(), faircurve::Error>(())
+    /// ```
+    pub fn custom(
+        name: &str,
+        edges: usize,
+        degree: f64,
+        term: impl for<'t> Fn(&[ExpressionVector<'t>], &[Expression<'t>]) -> Expression<'t>,
+    ) -> Self {
+        let derived = [2, 3].map(|dimension| Derived::of(&term, edges, dimension));
+        Self::of(Functional::Custom(Arc::new(Custom { name: name.into(), edges, degree, derived })))
     }
 }
 
-impl Facts for Arc<dyn Custom> {
+/// A custom energy.
+#[derive(Debug)]
+pub(crate) struct Custom {
+    pub name: String,
+    edges: usize,
+    degree: f64,
+    /// In the plane and in space.
+    derived: [Derived; 2],
+}
+
+/// A term with its derivatives by the components of its tangents, and then by its lengths.
+#[derive(Debug)]
+struct Derived {
+    value: Program,
+    /// The value, and the first derivatives.
+    gradient: Program,
+    /// The upper triangle of second derivatives, row after row.
+    hessian: Program,
+}
+
+impl Derived {
+    fn of(
+        term: impl for<'t> Fn(&[ExpressionVector<'t>], &[Expression<'t>]) -> Expression<'t>,
+        edges: usize,
+        dimension: usize,
+    ) -> Self {
+        let tape = Tape::default();
+        let component = |k: usize, c: usize| if c < dimension { tape.variable(k * dimension + c) } else { tape.zero() };
+        let tangent = |k: usize| ExpressionVector { x: component(k, 0), y: component(k, 1), z: component(k, 2) };
+        let tangents: Vec<_> = (0..edges).map(tangent).collect();
+        let lengths: Vec<_> = (0..edges).map(|k| tape.variable(edges * dimension + k)).collect();
+        let value = term(&tangents, &lengths);
+        let count = edges * (dimension + 1);
+        let first = tape.derivatives(value, count);
+        let second: Vec<_> = (0..count).flat_map(|j| tape.derivatives(first[j], count).split_off(j)).collect();
+        Derived {
+            value: tape.program(&[value]),
+            gradient: tape.program(&[&[value][..], &first].concat()),
+            hessian: tape.program(&second),
+        }
+    }
+
+    /// The functions of a kernel.
+    fn wgsl(&self, name: &str, edges: usize, dimension: usize) -> String {
+        let components = ["x", "y", "z"];
+        let tangents = (0..edges * dimension).map(|at| format!("w.t{}.{}", at / dimension, components[at % dimension]));
+        let variables: Vec<String> = tangents.chain((0..edges).map(|k| format!("w.s{k}"))).collect();
+        let mut text = String::new();
+        let mut add = |line: String| writeln!(text, "{line}").expect("writing to a string");
+        let (statements, found) = self.value.wgsl(&variables);
+        add(format!("fn {name}_value(w: Window) -> real {{\n{statements}    return {};\n}}\n", found[0]));
+        let (statements, found) = self.gradient.wgsl(&variables);
+        add(format!("fn {name}_gradient(w: Window) -> Partials {{\n{statements}    var p = Partials();"));
+        add(format!("    p.value = {};", found[0]));
+        for k in 0..edges {
+            let by_tangent = found[1 + k * dimension..][..dimension].join(", ");
+            add(format!("    p.t{k} = vector({by_tangent});\n    p.s{k} = {};", found[1 + edges * dimension + k]));
+        }
+        add(format!("    return p;\n}}\n\nfn {name}_hessian(w: Window) -> SecondPartials {{"));
+        let (statements, found) = self.hessian.wgsl(&variables);
+        add(format!("{statements}    var h = SecondPartials();"));
+        let by = |i: usize, j: usize| &*found[place(i, j, variables.len())];
+        for j in 0..edges {
+            for k in 0..edges {
+                let length = edges * dimension + k;
+                let mixed: Vec<&str> = (0..dimension).map(|a| by(j * dimension + a, length)).collect();
+                add(format!("    h.m{j}{k} = vector({});", mixed.join(", ")));
+                if j <= k {
+                    // Columns: components of the second tangent.
+                    let entry = |at: usize| by(j * dimension + at % dimension, k * dimension + at / dimension);
+                    let entries: Vec<&str> = (0..dimension * dimension).map(entry).collect();
+                    add(format!("    h.t{j}{k} = matrix({});", entries.join(", ")));
+                    add(format!("    h.s{j}{k} = {};", by(edges * dimension + j, length)));
+                }
+            }
+        }
+        add("    return h;\n}".into());
+        text
+    }
+}
+
+/// The place of entry (i, j) of a symmetric matrix in its upper triangle.
+fn place(i: usize, j: usize, count: usize) -> usize {
+    let (i, j) = (i.min(j), i.max(j));
+    i * count - i * (i + 1) / 2 + j
+}
+
+impl Facts for Arc<Custom> {
     fn degree(&self) -> f64 {
-        self.as_ref().degree()
+        self.degree
     }
 
     fn stiffness(&self, _: f64) -> f64 {
-        if self.edges() == 1 { 1.0 } else { 2.0 }
+        if self.edges == 1 { 1.0 } else { 2.0 }
     }
 
-    fn definitions(&self, _: f64) -> Result<BTreeMap<&'static str, String>, String> {
-        let text = self.wgsl().ok_or_else(|| format!("the energy {} has no WGSL: fit on the CPU", self.name()))?;
-        Ok(sort::map([("WGSL", text)]))
+    fn definitions(&self, _: f64, dimension: usize) -> BTreeMap<&'static str, String> {
+        sort::map([("WGSL", self.derived[dimension - 2].wgsl(&self.name, self.edges, dimension))])
     }
 
     fn check(&self) -> Result<(), String> {
-        match self.edges() {
+        match self.edges {
             1..=MOST_EDGES => Ok(()),
             edges => {
-                let name = self.name();
+                let name = &self.name;
                 Err(format!("a term of the energy {name} is of {edges} edges; 1 to {MOST_EDGES} are possible"))
             }
         }
@@ -96,9 +157,9 @@ impl Facts for Arc<dyn Custom> {
 
 /// Shows a user's term to a visitor.
 #[inline(never)]
-pub(super) fn visit<V: Visitor>(custom: &dyn Custom, visitor: V) -> V::Output {
+pub(super) fn visit<V: Visitor>(custom: &Custom, visitor: V) -> V::Output {
     // Sizes beyond the most edges are left out at compile time.
-    match custom.edges() {
+    match custom.edges {
         1 => visitor.visit(&Adapter::<1>(custom)),
         2 => visitor.visit(&Adapter::<2>(custom)),
         4 if MOST_EDGES >= 4 => visitor.visit(&Adapter::<4>(custom)),
@@ -107,62 +168,47 @@ pub(super) fn visit<V: Visitor>(custom: &dyn Custom, visitor: V) -> V::Output {
     }
 }
 
-/// A custom energy as a [`Term`], computed lane by lane in f64.
-struct Adapter<'a, const W: usize>(&'a dyn Custom);
+/// A custom energy as a [`Term`].
+struct Adapter<'a, const W: usize>(&'a Custom);
 
 impl<const W: usize> Adapter<'_, W> {
-    fn arguments<S: Scalar, const D: usize>(window: &Window<S, D, W>, lane: usize) -> ([DVec3; W], [f64; W]) {
-        let component = |k: usize, c: usize| window.tangent[k].get(c).map_or(0.0, |x| x.lane(lane).to_f64());
-        (
-            std::array::from_fn(|k| DVec3::new(component(k, 0), component(k, 1), component(k, 2))),
-            std::array::from_fn(|k| window.length[k].lane(lane).to_f64()),
-        )
+    fn run<S: Scalar, const D: usize>(
+        &self,
+        program: impl Fn(&Derived) -> &Program,
+        window: &Window<S, D, W>,
+    ) -> Vec<S> {
+        let mut variables = Vec::with_capacity(W * (D + 1));
+        window.tangent.iter().for_each(|tangent| variables.extend(tangent));
+        variables.extend(window.length);
+        program(&self.0.derived[D - 2]).run(&variables)
     }
 }
 
 impl<const W: usize> Term<W> for Adapter<'_, W> {
     fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> S {
-        let mut value = S::ZERO;
-        for lane in 0..S::LANES {
-            let (tangents, lengths) = Self::arguments(window, lane);
-            value.set_lane(lane, number::<S>(self.0.value(&tangents, &lengths)));
-        }
-        value
+        self.run(|derived| &derived.value, window)[0]
     }
 
     fn gradient<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> Partials<S, D, W> {
-        let mut partials = Partials { value: S::ZERO, tangent: [[S::ZERO; D]; W], length: [S::ZERO; W] };
-        for lane in 0..S::LANES {
-            let (tangents, lengths) = Self::arguments(window, lane);
-            let (mut by_tangent, mut by_length) = ([DVec3::ZERO; W], [0.0; W]);
-            self.0.gradient(&tangents, &lengths, &mut by_tangent, &mut by_length);
-            partials.value.set_lane(lane, number::<S>(self.0.value(&tangents, &lengths)));
-            for k in 0..W {
-                partials.length[k].set_lane(lane, number::<S>(by_length[k]));
-                for c in 0..D {
-                    partials.tangent[k][c].set_lane(lane, number::<S>(by_tangent[k][c]));
-                }
-            }
+        let found = self.run(|derived| &derived.gradient, window);
+        Partials {
+            value: found[0],
+            tangent: std::array::from_fn(|k| std::array::from_fn(|c| found[1 + k * D + c])),
+            length: std::array::from_fn(|k| found[1 + W * D + k]),
         }
-        partials
     }
 
     fn hessian<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> SecondPartials<S, D, W> {
+        let found = self.run(|derived| &derived.hessian, window);
+        let by = |i: usize, j: usize| found[place(i, j, W * (D + 1))];
         let mut second = SecondPartials::<S, D, W>::ZERO;
-        for lane in 0..S::LANES {
-            let (tangents, lengths) = Self::arguments(window, lane);
-            let mut by_tangents = [[DMat3::ZERO; MOST_EDGES]; MOST_EDGES];
-            let mut mixed = [[DVec3::ZERO; MOST_EDGES]; MOST_EDGES];
-            let mut by_lengths = [[0.0; MOST_EDGES]; MOST_EDGES];
-            self.0.hessian(&tangents, &lengths, &mut by_tangents, &mut mixed, &mut by_lengths);
-            for j in 0..W {
-                for k in 0..W {
-                    second.lengths[j][k].set_lane(lane, number::<S>(by_lengths[j][k]));
-                    for a in 0..D {
-                        second.mixed[j][k][a].set_lane(lane, number::<S>(mixed[j][k][a]));
-                        for b in 0..D {
-                            second.tangents[j][k][a][b].set_lane(lane, number::<S>(by_tangents[j][k].col(b)[a]));
-                        }
+        for j in 0..W {
+            for k in 0..W {
+                second.lengths[j][k] = by(W * D + j, W * D + k);
+                for a in 0..D {
+                    second.mixed[j][k][a] = by(j * D + a, W * D + k);
+                    for b in 0..D {
+                        second.tangents[j][k][a][b] = by(j * D + a, k * D + b);
                     }
                 }
             }

@@ -46,8 +46,8 @@ impl Facts for GeodesicBending {
         self.bending.check().map_err(|why| why.replace("of bending", "of geodesic bending"))
     }
 
-    fn definitions(&self, epsilon: f64) -> Result<BTreeMap<&'static str, String>, String> {
-        self.bending.definitions(epsilon)
+    fn definitions(&self, epsilon: f64, dimension: usize) -> BTreeMap<&'static str, String> {
+        self.bending.definitions(epsilon, dimension)
     }
 
     fn note(&self) -> String {

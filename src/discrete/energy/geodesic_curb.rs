@@ -18,8 +18,8 @@ impl Facts for GeodesicCurb {
         0.0
     }
 
-    fn definitions(&self, epsilon: f64) -> Result<BTreeMap<&'static str, String>, String> {
-        Ok(sort::map([("ROUNDING", literal(epsilon))]))
+    fn definitions(&self, epsilon: f64, _: usize) -> BTreeMap<&'static str, String> {
+        sort::map([("ROUNDING", literal(epsilon))])
     }
 }
 

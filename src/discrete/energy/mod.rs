@@ -13,8 +13,8 @@
 //! [`edges`](super::edges) and [`hessian`](super::hessian).
 //!
 //! The number of edges is the energy's order, which is that of the inner product that suits it.
-//! Energies are added and scaled as in formulas: `bending(2.0) + 0.1 * length()`. [`Custom`]
-//! energies take part like the ones here.
+//! Energies are added and scaled as in formulas: `bending(2.0) + 0.1 * length()`.
+//! [Custom energies](Energy::custom) take part like the ones here.
 //!
 //! Source: R. J. Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006), section 3,
 //! and *Constructing fair curves and surfaces with a Sobolev gradient method*, CAGD 21 (2004).
@@ -67,7 +67,7 @@ macro_rules! energies {
             Attachment,
             GeodesicBending(geodesic_bending::GeodesicBending),
             GeodesicCurb(geodesic_curb::GeodesicCurb),
-            Custom(Arc<dyn Custom>),
+            Custom(Arc<Custom>),
         }
 
         impl Functional {
@@ -79,7 +79,7 @@ macro_rules! energies {
                     Functional::Attachment => "attachment",
                     Functional::GeodesicBending(_) => "geodesic_bending",
                     Functional::GeodesicCurb(_) => "geodesic_curb",
-                    Functional::Custom(custom) => custom.name(),
+                    Functional::Custom(custom) => &custom.name,
                 }
             }
 
@@ -128,6 +128,7 @@ pub(super) mod curvatures;
 mod custom;
 mod exponents;
 mod fence;
+mod formula;
 pub(super) mod gauge;
 mod geodesic_bending;
 pub(super) mod geodesic_curb;
@@ -141,9 +142,10 @@ use std::sync::Arc;
 
 pub(crate) use attachment::Hold;
 pub use attachment::attachment;
-pub use custom::Custom;
+use custom::Custom;
 pub(super) use exponents::nearer;
 pub(crate) use fence::{FENCE_KINDS, FIRST_WAY, Fence, Fencing, WAYS};
+pub use formula::{Expression, ExpressionVector};
 pub use geodesic_bending::geodesic_bending;
 pub use sum::Energy;
 pub(crate) use tautness::of_spans;
@@ -282,12 +284,9 @@ pub(crate) trait Facts {
         Ok(())
     }
 
-    /// The values of `$NAME`s in its WGSL, for numbers of this rounding.
-    ///
-    /// # Errors
-    /// A sentence that says why the energy cannot be compiled into a kernel.
-    fn definitions(&self, _epsilon: f64) -> Result<BTreeMap<&'static str, String>, String> {
-        Ok(BTreeMap::new())
+    /// The values of `$NAME`s in its WGSL, for numbers of this rounding and curves of a dimension.
+    fn definitions(&self, _epsilon: f64, _dimension: usize) -> BTreeMap<&'static str, String> {
+        BTreeMap::new()
     }
 
     /// The text after its name in a formula.

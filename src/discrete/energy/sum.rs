@@ -1,10 +1,9 @@
 //! [`Energy`]: weighted sums of functionals.
 
 use std::ops::{Add, Mul};
-use std::sync::Arc;
 
 use super::ahead::Ahead;
-use super::{Custom, FENCE_KINDS, Fencing, Functional, WAYS};
+use super::{FENCE_KINDS, Fencing, Functional, WAYS};
 use crate::error::{Error, Result};
 
 /// A weighted sum of energies.
@@ -27,11 +26,6 @@ impl Energy {
     /// One functional with weight 1.
     pub(crate) fn of(functional: Functional) -> Self {
         Energy { terms: vec![(1.0, functional)], walls: 0, has_tether: false }
-    }
-
-    /// A custom energy.
-    pub fn custom(custom: impl Custom + 'static) -> Self {
-        Self::of(Functional::Custom(Arc::new(custom)))
     }
 
     /// The same energy with this exponent of bending.

@@ -76,7 +76,8 @@ fn gradients_and_hessians_in_surfaces_are_those_of_differences() {
             let newton = descent.newton(&mut kept);
             descent.begin();
             let count = problem.vertices();
-            // Before the first trial λ = 0, and the step for a gradient r is p = H⁻¹ r in the tangent planes, and so pᵀH p = r·p.
+            // Before the first trial λ = 0. The step for a gradient r is then p = H⁻¹ r in the
+            // tangent planes, so that pᵀH p = r·p.
             descent.least_damping = 0.0;
             descent.newton_direction(newton);
             let wave = |row: usize| -> [f64; 3] { [1.0, 1.7, 2.9].map(|f: f64| (f * row as f64 + f).sin()) };

@@ -6,7 +6,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use super::*;
 use crate::discrete::descent_gpu::packing::DescentCurve;
 use crate::discrete::descent_gpu::turns::loop_turns;
-use crate::discrete::tests::Mixed;
 use crate::discrete::variation;
 use crate::gpu::plan::Limits;
 use crate::gpu::reflect::assert_layout;
@@ -187,17 +186,6 @@ fn energies_of_order_3_are_descended_by_the_host() {
     let wanted = descend_on_cpu(&plan, &fair.energy, &refs(&problems), &|_, _| {});
     let found = descend_on_gpu(&gpu, Precision::F32, &plan, &fair.energy, &refs(&problems), &|_, _| {}).unwrap();
     assert!(wanted.iter().zip(&found).all(|(a, b)| bits(a) == bits(b) && a.standing == Standing::Converged));
-}
-
-#[test]
-fn an_energy_that_no_kernel_can_be_made_of_is_refused_in_a_sentence() {
-    let Some(gpu) = gpu() else { return };
-    let fair = Fair { energy: bending(2.0), ..sobolev() };
-    let problems = problems::<2>(&fair, &batch::<2>(&[4], |_| false, 81));
-    let energy = Energy::custom(Mixed(2));
-    let error =
-        descend_on_gpu(&gpu, Precision::F32, &plan_of(&fair), &energy, &refs(&problems), &|_, _| {}).unwrap_err();
-    assert_eq!(error.to_string(), "the energy mixed has no WGSL: fit on the CPU");
 }
 
 #[test]

@@ -118,9 +118,7 @@ fn pinned_curves_take_the_steps_of_the_cpu() {
 #[test]
 fn curves_of_other_exponents_and_of_a_users_energy_take_the_steps_of_the_cpu() {
     let Some(gpu) = gpu() else { return };
-    for energy in
-        [bending(3.0) + length(), Energy::custom(Square) + length(), bending(2.0) + 0.2 * bending(3.0) + length()]
-    {
+    for energy in [bending(3.0) + length(), square() + length(), bending(2.0) + 0.2 * bending(3.0) + length()] {
         check_ragged(&gpu, &Fair { energy, segments: Segments::PerSpan(5), ..Fair::default() }, &[1], 31);
     }
     // Where a curve is straight, |T′ − T|^1.5 has no second derivative, and rounding decides how
