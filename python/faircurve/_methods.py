@@ -212,6 +212,8 @@ class Fair:
         Half-planes, or half-spaces, that all curves stay in: a row each, the vector n and the number b of n·f <= b.
     max_stretch : float, optional
         The longest curve, as a multiple of the length of its points' polygon, more than 1.
+    preserve_area : bool
+        Whether planar curves enclose the area that the polygon of their points does; an open one with the chord between its ends.
     no_crossing : bool
         Whether planar curves may not cross each other: contour lines, lanes of a road. Pairs whose points' polygons cross or touch
         are left out. ``report()`` has the ``neighbours`` that each is kept from, and how many are ``touching``.
@@ -255,6 +257,7 @@ class Fair:
     keep_out: Any = None
     half_planes: Any = None
     max_stretch: float | None = None
+    preserve_area: bool = False
     no_crossing: bool = False
     surface: Surface | None = None
     off_surface: float | None = None
@@ -296,7 +299,7 @@ class Fair:
             "keep_out": _regions(self.keep_out, dimension, "keep_out"),
         }
         bounds = {"max_curvature": self.max_curvature, "corridor": self.corridor, "max_stretch": self.max_stretch}
-        return {**bounds, **regions, "preserve_shape": self.preserve_shape, "monotone": monotone, "no_crossing": self.no_crossing}
+        return {**bounds, **regions, "preserve_shape": self.preserve_shape, "monotone": monotone, "preserve_area": self.preserve_area, "no_crossing": self.no_crossing}
 
 
 def _directions(monotone: Any, dimension: int) -> list[list[float]]:

@@ -143,6 +143,7 @@ pub struct Limited {
     keep_in: Vec<([f64; 3], f64)>,
     keep_out: Vec<([f64; 3], f64)>,
     max_stretch: Option<f64>,
+    preserve_area: bool,
     no_crossing: bool,
 }
 
@@ -158,6 +159,7 @@ impl Limited {
             corridor: self.corridor,
             regions: half_spaces.chain(inside).chain(outside).collect(),
             stretch: self.max_stretch,
+            area: self.preserve_area,
             no_crossing: self.no_crossing,
         }
     }

@@ -224,6 +224,10 @@ def test_fair_curves_keep_corridors_regions_directions_and_lengths():
     around = kept(keep_out=[(1.5, 0.2, 0.3), (9, 9, 1)], keep_in=[(2, 0, 3)])
     assert np.linalg.norm(around.sample(per_span=16)[0] - (1.5, 0.2), axis=1).min() >= 0.3
     assert kept(max_stretch=1.1).report()["stretch"][0] <= 1.1
+    ring = [(0, 0), (2, 0), (2, 1), (0, 1)]
+    island = fc.Fair(deviation=0.2, preserve_area=True).fit([ring], closed=True).sample(per_span=16)[0]
+    x, y = island.T
+    assert abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)) - 4) < 1e-5
     single = fc.Fair(energy).fit([points], corridors=np.array([np.nan, 0.05, np.nan, np.nan, np.nan]))
     assert single.report()["active"][0] > 0
     assert single.report()["energy"][0] < kept(corridor=0.05).report()["energy"][0]

@@ -1,13 +1,14 @@
 //! [`CurveLimits`]: the [limits](Limits) of one curve at its vertices.
 
 use super::apart::{Parting, Partings};
+use super::area::Enclosed;
 use super::energy::{FENCE_KINDS, FIRST_WAY, Fencing};
 use super::limits::{Form, Limits, Polygon, of_spans, spans};
 use super::problem::Problem;
 use super::setup::Ready;
 use super::walls::{Side, Walls};
 use crate::batch::CurveBatch;
-use crate::linalg::scalar::{add, scale, subtract};
+use crate::linalg::scalar::{Vector, add, scale, subtract};
 
 /// A half-plane between neighbours counts in units of the mean chord, or of this many times the room between them if that is
 /// less.
@@ -24,6 +25,8 @@ pub(super) struct CurveLimits<const D: usize> {
     pub walls: Option<Walls<D>>,
     /// The longest length.
     pub longest: Option<f64>,
+    /// The area.
+    pub enclosed: Option<Enclosed>,
 }
 
 impl<const D: usize> CurveLimits<D> {
@@ -44,7 +47,9 @@ impl<const D: usize> CurveLimits<D> {
         ready.problem.ways = own.ways();
         let chords: f64 = batch.chords(i).sum();
         let longest = own.stretch.map(|stretch| stretch * chords / size);
-        CurveLimits { slopes, walls, longest }
+        let at_size_1 = |point: &Vector<f64, D>| scale(1.0 / size, *point);
+        let enclosed = own.area.then(|| Enclosed::by(&points.iter().map(at_size_1).collect::<Vec<_>>()));
+        CurveLimits { slopes, walls, longest, enclosed }
     }
 
     /// Measures what depends on where the problem's base stands.
@@ -112,5 +117,5 @@ pub(super) fn fencing<const D: usize>(
     let corridors = usize::from(limits.corridor.is_some() || batch.constraints().corridors.is_some());
     let walls = Walls::<D>::most(limits.regions.len() + corridors + partings.most_at_a_vertex());
     let stretch = limits.stretch.is_some();
-    Some(Fencing { kinds, in_surface, ways: limits.ways(), walls, stretch })
+    Some(Fencing { kinds, in_surface, ways: limits.ways(), walls, stretch, area: limits.area })
 }

@@ -85,6 +85,10 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         let gauge = (self.plan.gauge > 0).then_some((self.plan.gauge, self.gauge));
         newton.assemble(&self.edges, &self.terms, gauge, &self.weights);
         S::run(Hold { descent: self, newton });
+        let is_enclosing = const { D == 2 } && self.is_enclosing;
+        if is_enclosing {
+            self.enclose_newton(newton);
+        }
         if const { D == 3 }
             && let Some(within) = &mut self.within
         {
@@ -98,7 +102,10 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         let smallest = newton.factor(lambda);
         self.p.copy_from_slice(&self.g);
         newton.solve(&mut self.p);
-        let slope = S::run(Turn { descent: self });
+        let mut slope = S::run(Turn { descent: self });
+        if is_enclosing {
+            slope = self.enclose_direction(newton);
+        }
         self.edges.close(&mut self.p);
         (smallest, slope)
     }

@@ -4,6 +4,7 @@
 //! [`damped`](super::damped). Lanes that have ended stay as they are. A lane holds everything its
 //! curve needs to go on, so a descent can be stopped after any tick and resumed.
 
+use super::area::Enclosing;
 use super::edges::Edges;
 use super::energy::{Functional, Hold, Wall};
 use super::lane::{Bounds, Lane, Standing};
@@ -41,6 +42,10 @@ pub(crate) struct Descent<'a, S: Scalar, const D: usize> {
     pub holds: Vec<(Vector<S, D>, Hold<S, D>)>,
     /// The walls that the vertices keep from, one a layer.
     pub walls: Vec<Vec<Wall<S, D>>>,
+    /// What keeps the area that planar curves enclose.
+    pub enclosing: Enclosing<S>,
+    /// Whether that is asked of any.
+    pub is_enclosing: bool,
     /// The surface that the curves lie in.
     pub within: Option<Within<S, D>>,
     /// λ is never less: 0, but where curves may slide along themselves.
@@ -82,6 +87,8 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
             gauge,
             holds,
             walls: Vec::new(),
+            enclosing: Enclosing::default(),
+            is_enclosing: false,
             within: None,
             least_damping: S::ZERO,
         }
@@ -100,6 +107,9 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         energy += self.wall_in();
         for (weight, functional) in &self.terms {
             energy += *weight * self.edges.value(functional);
+        }
+        if const { D == 2 } && self.is_enclosing {
+            energy += self.enclose();
         }
         if const { D == 3 }
             && let Some(within) = &mut self.within
@@ -159,6 +169,9 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         let mut energy = S::ZERO;
         for (weight, functional) in &self.terms {
             energy += self.edges.add(*weight, functional);
+        }
+        if const { D == 2 } && self.is_enclosing {
+            energy += self.enclose();
         }
         if self.plan.gauge > 0 {
             energy += self.edges.add_gauge(self.plan.gauge, self.gauge);

@@ -412,6 +412,13 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         weight * partials.value
     }
 
+    /// Adds a derivative by the edge e = Δs T.
+    #[inline(always)]
+    pub fn add_by_edge(&mut self, j: usize, by_edge: Vector<S, D>) {
+        self.by_tangent[j] = add(self.by_tangent[j], scale(self.length[j], by_edge));
+        self.by_length[j] += dot(self.tangent[j], by_edge);
+    }
+
     /// Computes the gradient at every vertex.
     ///
     /// It is 0 where `movable` is 0.

@@ -177,7 +177,8 @@ pub struct Fair {
     ///
     /// Iterations are those of all rounds. The descents are in f64. Kernels without f64 leave them to the CPU.
     ///
-    /// The longest length is kept by a weight of the length, which is sought by secants.
+    /// The longest length is kept by a weight of the length, which is sought by secants. The area is
+    /// kept to 1e-6 of itself by a multiplier of its own, and the host descends.
     ///
     /// Planar curves of [`length`](super::length) alone with a largest curvature κ are the shortest ones. They are chains of
     /// arcs of radius 1/κ and of lines, by Dubins' six words, and a span without a bound is straight. The host finds the

@@ -2,6 +2,7 @@
 //!
 //! A limit is c ≥ 0 at a vertex. Its terms are a [`Fence`] or a [`Wall`](super::energy::Wall). The next multiplier is ρs.
 
+use super::area;
 use super::curve_limits::CurveLimits;
 use super::energy::{FENCE_KINDS, Fence, Wall, volume};
 use super::multipliers::Multipliers;
@@ -178,6 +179,8 @@ pub(super) enum Limit {
     Region(usize),
     /// The length of the whole curve.
     Length,
+    /// The area that the curve encloses.
+    Area,
 }
 
 const LIMITS: [Limit; FENCE_KINDS] =
@@ -240,7 +243,13 @@ impl<const D: usize> Problem<D> {
             row: 0,
             quantity: self.length(),
         });
-        of_kinds.chain(of_walls).chain(of_length).max_by(|a, b| a.excess.total_cmp(&b.excess))
+        let of_area = limits.enclosed.map(|enclosed| Worst {
+            excess: enclosed.excess(self.enclosed()).abs() - area::TOLERANCE,
+            limit: Limit::Area,
+            row: 0,
+            quantity: self.enclosed(),
+        });
+        of_kinds.chain(of_walls).chain(of_length).chain(of_area).max_by(|a, b| a.excess.total_cmp(&b.excess))
     }
 
     /// The number of vertices that a limit holds.

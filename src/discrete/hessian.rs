@@ -191,6 +191,14 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         }
     }
 
+    /// Adds a block by a vertex and the next, in a Hessian whose closed curves have been
+    /// [closed](Self::close).
+    #[inline(always)]
+    pub fn add_pair(&mut self, vertex: usize, x: &Block<S, D>) {
+        self.fill();
+        add_block(&mut self.blocks[vertex][1], x);
+    }
+
     /// Sets all blocks to 0.
     #[inline(always)]
     pub fn clear(&mut self) {

@@ -164,6 +164,12 @@ fn words<const D: usize>(
                 "a longer curve".into(),
             )
         }
+        Limit::Area => {
+            let square = ready.size * ready.size;
+            let [own, wanted] =
+                [worst.quantity, limits.enclosed.map_or(f64::NAN, |enclosed| enclosed.area)].map(|area| area * square);
+            (format!("its area is {own:.6}, where its points enclose {wanted:.6}"), "another area".into())
+        }
         Limit::Region(k) => {
             let place = ready.problem.places[worst.row];
             let at = add(scale(ready.size, place), ready.vertices[0]);

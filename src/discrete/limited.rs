@@ -10,6 +10,7 @@
 //! does not let them.
 
 use super::apart::Parting;
+use super::area::Area;
 use super::curve_limits::CurveLimits;
 use super::disc::Discs;
 use super::fences::{FIRST, Fences};
@@ -60,6 +61,7 @@ pub(super) enum Start {
 struct Limited<const D: usize> {
     fences: Fences<D>,
     stretch: Option<Stretch>,
+    area: Option<Area>,
     rounds: Constrained<D>,
 }
 
@@ -83,6 +85,7 @@ impl<const D: usize> Limited<D> {
             energy = energy.max(LIFTED * problem.energy_of_base(curve.energy(Goal::Free)));
         }
         let stretch = limits.longest.map(|longest| Stretch::new(longest, energy, !free.is_nan(), problem));
+        let area = limits.enclosed.map(|enclosed| Area::new(enclosed, energy, problem));
         let fences = Fences::around(problem, limits, energy, first);
         // Ratios are bounded, and a limit could be kept by edges of very unequal lengths.
         if curve.fair.energy.order() == 2 && curve.fair.surface.is_none() {
@@ -90,7 +93,7 @@ impl<const D: usize> Limited<D> {
         }
         problem.gauge *= GAUGE;
         problem.tolerance = SCHEDULE.roughly.max(curve.fair.tolerance);
-        Limited { fences, stretch, rounds: Constrained::new(ready, outcome) }
+        Limited { fences, stretch, area, rounds: Constrained::new(ready, outcome) }
     }
 
     /// Descends in rounds, and says how these end. The curve stays in discs too, if it has any.
@@ -101,6 +104,9 @@ impl<const D: usize> Limited<D> {
         }
         if let Some(stretch) = &mut self.stretch {
             all.push(stretch);
+        }
+        if let Some(area) = &mut self.area {
+            all.push(area);
         }
         self.rounds = self.rounds.descend(curve, Goal::Limited, &mut all, &SCHEDULE).await;
         let is_given_up = all.iter().any(|own| own.is_given_up());

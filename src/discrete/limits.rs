@@ -65,6 +65,12 @@ pub struct Limits {
     ///
     /// With it bending alone has a least curve.
     pub stretch: Option<f64>,
+    /// Whether planar curves enclose the area that the polygon of their points does, to 1e-6 of it.
+    ///
+    /// An open curve encloses it with the chord between its ends. Areas that an open curve has on
+    /// both sides of its chord count against each other, and the tolerance is at least 1e-8 of the
+    /// disc with the polygon's perimeter. The host descends, on every device.
+    pub area: bool,
     /// Whether planar curves of the batch may not cross each other: contour lines, lanes of a road.
     ///
     /// Curves whose points' polygons do not meet are kept from crossing and from touching, all pairs of the batch. Those that
@@ -89,6 +95,7 @@ impl Limits {
     pub(super) fn asks_nothing_alone(&self, batch: &CurveBatch) -> bool {
         let constraints = batch.constraints();
         let has_none = self.curvature.is_none() && !self.shape && self.monotone.is_empty() && self.stretch.is_none();
+        let has_none = has_none && !self.area;
         has_none && constraints.largest_curvatures.is_none() && !self.has_places(batch)
     }
 
@@ -106,7 +113,7 @@ impl Limits {
 
     /// Whether there is no limit besides those of curvature and of the whole length.
     pub(super) fn bounds_curvature_alone(&self, batch: &CurveBatch) -> bool {
-        !self.shape && self.monotone.is_empty() && !self.no_crossing && !self.has_places(batch)
+        !self.shape && !self.area && self.monotone.is_empty() && !self.no_crossing && !self.has_places(batch)
     }
 
     /// The spans of curve `i` that have edges, each with its largest curvature, infinite where there is none.
@@ -162,6 +169,9 @@ impl Limits {
             return refuse(
                 "curves in space pass by each other without crossing: only planar curves can be kept from it; leave it out".into(),
             );
+        }
+        if self.area && dimension == 3 {
+            return refuse("curves in space enclose no area: only planar curves can keep theirs; leave it out".into());
         }
         self.regions.iter().try_for_each(|region| region.check(dimension))
     }

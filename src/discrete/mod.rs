@@ -38,7 +38,7 @@
 //! | `queue` | what curves ask for |
 //! | `continuation`, `rough`, `minimise` | the way of a curve to a minimum |
 //! | `untangle`, `restarts` | minima that do not cross themselves, and the cheapest of several |
-//! | `multipliers`, `fences`, `walls`, `stretch`, `disc` | constraints |
+//! | `multipliers`, `fences`, `walls`, `stretch`, `area`, `disc` | constraints |
 //! | `limited`, `deviation`, `apart` | curves within limits, near their points, apart from each other |
 //! | `pieces`, `fit` | a batch from its options to its reports |
 //!
@@ -57,6 +57,7 @@
 
 mod angles;
 mod apart;
+mod area;
 mod block;
 mod check;
 mod compose;

@@ -142,7 +142,7 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
             matrix.clear();
         }
         match self.plan.solver {
-            Solver::Sobolev => return self.hessian.assemble_metric(self.plan.order, edges, weights.highest),
+            Solver::Sobolev => self.hessian.assemble_metric(self.plan.order, edges, weights.highest),
             Solver::Newton if self.is_in_surfaces() => self.hessian.assemble_by_tangents(edges, terms, gauge),
             Solver::Newton => self.hessian.assemble(edges, terms, gauge),
         }
@@ -157,6 +157,14 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
             Solver::Sobolev => self.hessian.add_block(row, scaled(stiffness)),
         }
         self.damping[row][0] += stiffness;
+    }
+
+    /// Adds second derivatives by a vertex and the next.
+    #[inline(always)]
+    pub fn couple(&mut self, row: usize, hessian: Block<S, D>) {
+        if self.plan.solver == Solver::Newton {
+            self.hessian.add_pair(row, &hessian);
+        }
     }
 
     /// The system of curves in surfaces in their tangent planes, those planes, and what energies of lengths are to add.

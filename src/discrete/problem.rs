@@ -4,6 +4,7 @@
 
 use std::f64::consts::TAU;
 
+use super::area::Enclosing;
 use super::descent::{Descent, Weights};
 use super::edges::Edges;
 use super::energy::{Energy, FENCE_KINDS, Fence, Functional, Hold, MOST_EDGES, WAYS, Wall};
@@ -34,6 +35,9 @@ const FEW: usize = 8;
 /// Sliding along itself, and along symmetries of the surface, costs a curve nothing.
 const SLIDING: f64 = 1e-7;
 
+/// The least λ of curves without a gauge, whose edges may share a length in any way.
+const UNEVEN: f64 = 1e-2;
+
 /// See [`Outcome::rest`].
 const AT_REST: f64 = 16.0;
 
@@ -62,6 +66,8 @@ pub(crate) struct Problem<const D: usize> {
     pub fences: [Vec<Fence<f64>>; FENCE_KINDS],
     /// The walls that each vertex keeps from, one a layer; empty without limits of places.
     pub walls: Vec<Vec<Wall<f64, D>>>,
+    /// What keeps the area that it encloses, in the plane.
+    pub enclosing: Enclosing<f64>,
     /// Where each vertex of the base lies, from the first vertex of the start on; empty without limits of places and
     /// without a surface.
     pub places: Vec<Vector<f64, D>>,
@@ -462,11 +468,21 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
     let plan = Plan { solver, order, gauge: limited(plan.gauge) };
     let mut descent = Descent::new(plan, edges, movable, weights, terms, gauge, holds, &bounds);
     descent.walls = walls;
+    descent.enclosing = Enclosing {
+        area: each(&|problem| problem.enclosing.area),
+        multiplier: each(&|problem| problem.enclosing.multiplier),
+        stiffness: each(&|problem| problem.enclosing.stiffness),
+    };
+    descent.is_enclosing = members.iter().any(|problem| problem.enclosing.stiffness > 0.0);
+    descent.least_damping = each(&|problem| match problem {
+        Problem { gauge: 0.0, .. } => UNEVEN,
+        problem if problem.is_loose() => SLIDING,
+        _ => 0.0,
+    });
     if const { D == 3 } && lane(0).surface.is_some() {
         let own = |l: usize| lane(l).surface.as_ref().map(|surface| (surface, &lane(l).places[..]));
         let surfaces: Vec<_> = (0..S::LANES).filter_map(own).collect();
         descent.within = Some(Within::new(&surfaces, &descent.edges));
-        descent.least_damping = each(&|problem| if problem.is_loose() { SLIDING } else { 0.0 });
     }
     descent.lanes[members.len()..].iter_mut().for_each(|lane| lane.standing = Standing::Exhausted);
     descent

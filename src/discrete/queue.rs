@@ -254,7 +254,7 @@ impl<'a> Descender<'a> {
         let needs_f64 = plan.order > 2 || energy.is_fenced();
         let precision =
             device.kernel_precision(gpu, is_well_conditioned && !needs_f64 && has_kernel(Precision::F32))?;
-        let is_open = (!needs_f64 || precision == Precision::F64) && has_kernel(precision);
+        let is_open = (!needs_f64 || precision == Precision::F64) && has_kernel(precision) && !energy.has_area();
         Ok(Descender { energy, plan, gpu: is_open.then_some((gpu, precision)) })
     }
 }

@@ -5,6 +5,7 @@
 
 use std::ops::Range;
 
+use super::area::Enclosing;
 use super::constrain::{Constrained, bends, constrained, lay_short, repeat};
 use super::division::{components, divide};
 use super::energy::{Energy, Functional, of_spans};
@@ -317,6 +318,7 @@ fn ready<const D: usize>(
         taut: if fair.energy.is_taut() { of_spans(points, &rows, closed, size) } else { Vec::new() },
         fences: Default::default(),
         walls: Vec::new(),
+        enclosing: Enclosing::default(),
         places: Vec::new(),
         surface: local(fair, &vertices, size),
         ways: Default::default(),

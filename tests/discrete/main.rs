@@ -12,6 +12,7 @@ mod rough;
 mod common;
 mod energies;
 mod fair;
+mod fair_area;
 mod fair_constraints;
 mod fair_corners;
 mod fair_crossings;

@@ -59,6 +59,12 @@ pub struct LimitArgs {
     /// whose --energy has variation or torsion.
     #[arg(long)]
     preserve_shape: bool,
+    /// Lets planar fair curves enclose the area that their points do, an open one with the chord
+    /// between its ends
+    ///
+    /// With shared borders every polygon of a map keeps its area.
+    #[arg(long)]
+    preserve_area: bool,
     /// Lets fair curves go along an axis from point to point, and not back: x, or x,y for two
     ///
     /// Between two points the coordinate grows, or falls, as it does from one to the other.
@@ -116,6 +122,7 @@ impl LimitArgs {
         let after = [
             self.corridor.map(|width| format!("corridor {width}")),
             self.max_stretch.map(|stretch| format!("length ≤ {stretch} polygons")),
+            self.preserve_area.then(|| "area kept".into()),
             self.no_crossing.then(|| "no crossing".into()),
             (regions > 0).then(|| count(regions, "region")),
         ];
@@ -152,6 +159,7 @@ impl LimitArgs {
             corridor: self.corridor,
             regions: self.regions().collect(),
             stretch: self.max_stretch,
+            area: self.preserve_area,
             no_crossing: self.no_crossing,
         })
     }

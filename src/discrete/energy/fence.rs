@@ -50,6 +50,8 @@ pub(crate) struct Fencing {
     pub walls: usize,
     /// Whether the length has a weight of its own, the last.
     pub stretch: bool,
+    /// Whether the area has a weight.
+    pub area: bool,
 }
 
 impl<S: Scalar> Fence<S> {

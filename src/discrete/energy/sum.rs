@@ -20,12 +20,14 @@ pub struct Energy {
     walls: usize,
     /// Whether the length has a weight of its own, curve by curve.
     has_tether: bool,
+    /// Whether the area of each curve has a weight.
+    has_area: bool,
 }
 
 impl Energy {
     /// One functional with weight 1.
     pub(crate) fn of(functional: Functional) -> Self {
-        Energy { terms: vec![(1.0, functional)], walls: 0, has_tether: false }
+        Energy { terms: vec![(1.0, functional)], ..Energy::default() }
     }
 
     /// The same energy with this exponent of bending.
@@ -93,7 +95,7 @@ impl Energy {
         if fencing.stretch {
             fenced = fenced + super::length();
         }
-        Energy { walls: fencing.walls, has_tether: fencing.stretch, ..fenced }
+        Energy { walls: fencing.walls, has_tether: fencing.stretch, has_area: fencing.area, ..fenced }
     }
 
     /// Which kinds of fences it holds.
@@ -108,9 +110,14 @@ impl Energy {
         self.walls
     }
 
+    /// Whether the area of each curve has a weight. No kernel knows it.
+    pub(crate) fn has_area(&self) -> bool {
+        self.has_area
+    }
+
     /// Whether it is one with limits.
     pub(crate) fn is_fenced(&self) -> bool {
-        self.walls > 0 || self.has_tether || self.fences().contains(&true)
+        self.walls > 0 || self.has_tether || self.has_area || self.fences().contains(&true)
     }
 
     /// The weight of the attachment to data.
@@ -144,6 +151,7 @@ impl Add for Energy {
         self.terms.extend(other.terms);
         self.walls = self.walls.max(other.walls);
         self.has_tether = self.has_tether || other.has_tether;
+        self.has_area = self.has_area || other.has_area;
         self
     }
 }
