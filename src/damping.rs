@@ -123,6 +123,11 @@ impl<N: Real + Scalar> Damping<N> {
     }
 }
 
+/// The smaller of two.
+pub(crate) fn least<N: PartialOrd>(a: N, b: N) -> N {
+    if a < b { a } else { b }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

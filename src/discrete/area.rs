@@ -1,27 +1,14 @@
 //! [`Area`]: the area of one planar curve, kept by the method of multipliers.
 //!
-//! Wanted is the least energy of the area A*, that of the polygon of the points. An open curve is
-//! closed by the chord between its ends. The term of the constraint is y(A − A*) + ½ ρ(A − A*)², and
-//! the next multiplier is y + ρ(A − A*).
-//!
-//! For edges e with the first vertex at 0, the area is A = ½ Σ x_j × e_j with x_j = Σ_{i<j} e_i. Its
-//! derivative by e_j is ½ J(X − 2x_j − e_j), where X = Σ e_i and J(x, y) = (y, −x). Its second
-//! derivative by the vertices j (rows) and j + 1 is ½ (0 1; −1 0). The term ρ ∇A∇Aᵀ of the Hessian is
-//! dense, and enters Newton's step by the formula of Sherman and Morrison.
+//! Wanted is the least energy of the area of the polygon of the points. The next multiplier of the
+//! [term](super::enclosed) is y + ρ(A − A*).
 
-use super::descent::Descent;
-use super::edges::Edges;
+use super::enclosed::{Enclosed, Enclosing, area_of};
 use super::multipliers::Multipliers;
-use super::newton::Newton;
 use super::problem::Problem;
-use crate::linalg::scalar::{Vector, dot, scale, subtract};
-use crate::linalg::{Scalar, operation};
 
 /// The area is kept to this part of itself.
 pub(super) const TOLERANCE: f64 = 1e-6;
-
-/// An area counts as at least this part of the disc with the perimeter of the points' polygon.
-const LEAST: f64 = 1e-2;
 
 /// ρ of the first round, and the largest, in units of E/A*².
 const FIRST: f64 = 10.0;
@@ -31,59 +18,11 @@ const MOST: f64 = 1e5;
 const FIRMER: f64 = 10.0;
 const LEFT: f64 = 0.1;
 
-/// The area that a curve is to enclose, at size 1.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Enclosed {
-    pub area: f64,
-    /// What its tolerance is relative to.
-    unit: f64,
-}
-
-impl Enclosed {
-    /// The area of a polygon of size 1. The last point is joined to the first.
-    pub fn by<const D: usize>(points: &[Vector<f64, D>]) -> Self {
-        let edge = |j: usize| -> Vector<f64, D> {
-            let (from, to) = (points[j], points[(j + 1) % points.len()]);
-            std::array::from_fn(|c| to[c] - from[c])
-        };
-        let edges: Vec<Vector<f64, D>> = (0..points.len()).map(edge).collect();
-        let around: f64 = edges.iter().map(|e| e[0].hypot(e[1])).sum();
-        let area = area_of(&edges);
-        Enclosed { area, unit: area.abs().max(LEAST * around * around / (4.0 * std::f64::consts::PI)) }
-    }
-
-    /// The excess of an area, in units of the tolerance's.
-    pub fn excess(&self, area: f64) -> f64 {
-        (area - self.area) / self.unit
-    }
-}
-
-/// ½ Σ x_j × e_j
-fn area_of<const D: usize>(edges: &[Vector<f64, D>]) -> f64 {
-    let (mut x, mut y, mut twice) = (0.0, 0.0, 0.0);
-    for e in edges {
-        twice += x * e[1] - y * e[0];
-        (x, y) = (x + e[0], y + e[1]);
-    }
-    0.5 * twice
-}
-
 impl<const D: usize> Problem<D> {
     /// The area that the base encloses.
     pub(super) fn enclosed(&self) -> f64 {
         area_of(&self.base)
     }
-}
-
-/// y(A − A*) + ½ ρ(A − A*)²
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Enclosing<S> {
-    /// A*
-    pub area: S,
-    /// y
-    pub multiplier: S,
-    /// ρ, 0 without the constraint.
-    pub stiffness: S,
 }
 
 /// The multiplier of the area.
@@ -131,100 +70,13 @@ impl<const D: usize> Multipliers<D> for Area {
     }
 }
 
-impl<S: Scalar, const D: usize> Descent<'_, S, D> {
-    /// Adds the constraint's term to the derivatives by edges, and returns its value.
-    pub(super) fn enclose(&mut self) -> S {
-        S::run(Enclose { edges: &mut self.edges, enclosing: self.enclosing })
-    }
-
-    /// Adds what the area's second derivatives have in bands, at the curves where the edges are placed.
-    pub(super) fn enclose_newton(&mut self, newton: &mut Newton<S, D>) {
-        let Enclosing { area, multiplier, stiffness } = self.enclosing;
-        let half = S::of(0.5) * (multiplier + stiffness * (self.edges.enclosed().0 - area));
-        let mut block = [[S::ZERO; D]; D];
-        (block[0][1], block[1][0]) = (half, -half);
-        for j in 0..self.edges.windows::<1>() {
-            newton.couple(j, block.map(|row| scale(self.edges.starts::<1>(j), row)));
-        }
-    }
-
-    /// Turns p = −M⁻¹g into −(M + ρ ∇A∇Aᵀ)⁻¹g, and returns g·p.
-    pub(super) fn enclose_direction(&mut self, newton: &mut Newton<S, D>) -> S {
-        self.edges.clear();
-        self.edges.add_area(S::ONE);
-        self.edges.gradient(&self.movable, &mut self.trial);
-        self.x.copy_from_slice(&self.trial);
-        newton.solve(&mut self.x);
-        let (mut along, mut square) = (S::ZERO, S::ZERO);
-        for row in 0..self.p.len() {
-            along += dot(self.trial[row], self.p[row]);
-            square += dot(self.trial[row], self.x[row]);
-        }
-        let stiffness = self.enclosing.stiffness;
-        let share = stiffness * along / (S::ONE + stiffness * square);
-        let mut slope = S::ZERO;
-        for row in 0..self.p.len() {
-            self.p[row] = subtract(self.p[row], scale(share, self.x[row]));
-            slope += dot(self.g[row], self.p[row]);
-        }
-        slope
-    }
-}
-
-operation! {
-    /// [`Descent::enclose`]
-    Enclose<'e, S: Scalar; D> { edges: &'e mut Edges<S, D>, enclosing: Enclosing<S> } -> S { edges.enclose(enclosing) }
-}
-
-impl<S: Scalar, const D: usize> Edges<S, D> {
-    #[inline(always)]
-    fn enclose(&mut self, Enclosing { area, multiplier, stiffness }: Enclosing<S>) -> S {
-        let excess = self.enclosed().0 - area;
-        self.add_area(multiplier + stiffness * excess);
-        multiplier * excess + S::of(0.5) * stiffness * excess * excess
-    }
-
-    /// The first two components of an edge, 0 where a lane has none.
-    #[inline(always)]
-    fn planar(&self, j: usize) -> [S; 2] {
-        let length = self.starts::<1>(j) * self.length[j];
-        [length * self.tangent[j][0], length * self.tangent[j][1]]
-    }
-
-    /// A and Σ e.
-    #[inline(always)]
-    fn enclosed(&self) -> (S, [S; 2]) {
-        let (mut at, mut twice) = ([S::ZERO; 2], S::ZERO);
-        for j in 0..self.windows::<1>() {
-            let e = self.planar(j);
-            twice += at[0] * e[1] - at[1] * e[0];
-            at = [at[0] + e[0], at[1] + e[1]];
-        }
-        (S::of(0.5) * twice, at)
-    }
-
-    /// Adds the derivatives of the area with a weight.
-    #[inline(always)]
-    fn add_area(&mut self, weight: S) {
-        let (two, half) = (S::of(2.0), S::of(0.5) * weight);
-        let (mut at, all) = ([S::ZERO; 2], self.enclosed().1);
-        for j in 0..self.windows::<1>() {
-            let e = self.planar(j);
-            let [x, y] = [0, 1].map(|c| half * (all[c] - two * at[c] - e[c]));
-            let mut by_edge = [S::ZERO; D];
-            (by_edge[0], by_edge[1]) = (y, -x);
-            self.add_by_edge(j, by_edge);
-            at = [at[0] + e[0], at[1] + e[1]];
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::energy::{Functional, bending, length};
     use super::super::plan::{Plan, Solver};
     use super::super::problem::start;
     use super::*;
+    use crate::linalg::scalar::{dot, scale, subtract};
 
     /// Unequal edges on a wavy circle, or on a part of it.
     fn problem(closed: bool) -> Problem<2> {
@@ -276,10 +128,10 @@ mod tests {
             let found = (8.0 * (c.0 - b.0) - (d.0 - a.0)) / (12.0 * h);
             assert!((found - slope).abs() < 1e-8 * slope.abs(), "closed {closed}: {found} {slope}");
             // p = −H⁻¹g, so the gradient changes by −g along p.
-            for row in 0..problem.vertices() {
+            for (row, g) in g.iter().enumerate().take(problem.vertices()) {
                 for k in 0..2 {
                     let second = (8.0 * (c.1[row][k] - b.1[row][k]) - (d.1[row][k] - a.1[row][k])) / (12.0 * h);
-                    assert!((second + g[row][k]).abs() < 1e-7, "closed {closed}, vertex {row}: {second} {:?}", g[row]);
+                    assert!((second + g[k]).abs() < 1e-7, "closed {closed}, vertex {row}: {second} {g:?}");
                 }
             }
         }

@@ -1,7 +1,7 @@
 //! [`CurveLimits`]: the [limits](Limits) of one curve at its vertices.
 
 use super::apart::{Parting, Partings};
-use super::area::Enclosed;
+use super::enclosed::Enclosed;
 use super::energy::{FENCE_KINDS, FIRST_WAY, Fencing};
 use super::limits::{Form, Limits, Polygon, of_spans, spans};
 use super::problem::Problem;

@@ -87,7 +87,7 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         S::run(Hold { descent: self, newton });
         let is_enclosing = const { D == 2 } && self.is_enclosing;
         if is_enclosing {
-            self.enclose_newton(newton);
+            self.enclose(newton);
         }
         if const { D == 3 }
             && let Some(within) = &mut self.within
@@ -119,6 +119,38 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         for (p, g) in self.p.iter_mut().zip(&self.g) {
             *p = scale(-S::ONE, *p);
             slope += dot(*g, *p);
+        }
+        slope
+    }
+}
+
+impl<S: Scalar, const D: usize> Descent<'_, S, D> {
+    /// Adds the second derivatives of the area's term, but for ρ ∇A∇Aᵀ.
+    fn enclose(&self, newton: &mut Newton<S, D>) {
+        let block = self.edges.enclosing_block(self.enclosing);
+        for j in 0..self.edges.windows::<1>() {
+            newton.couple(j, block.map(|row| scale(self.edges.starts::<1>(j), row)));
+        }
+    }
+
+    /// Turns p = −M⁻¹g into −(M + ρ ∇A∇Aᵀ)⁻¹g, and returns g·p.
+    fn enclose_direction(&mut self, newton: &mut Newton<S, D>) -> S {
+        self.edges.clear();
+        self.edges.add_area(S::ONE);
+        self.edges.gradient(&self.movable, &mut self.trial);
+        self.x.copy_from_slice(&self.trial);
+        newton.solve(&mut self.x);
+        let (mut along, mut square) = (S::ZERO, S::ZERO);
+        for row in 0..self.p.len() {
+            along += dot(self.trial[row], self.p[row]);
+            square += dot(self.trial[row], self.x[row]);
+        }
+        let stiffness = self.enclosing.stiffness;
+        let share = stiffness * along / (S::ONE + stiffness * square);
+        let mut slope = S::ZERO;
+        for row in 0..self.p.len() {
+            self.p[row] = subtract(self.p[row], scale(share, self.x[row]));
+            slope += dot(self.g[row], self.p[row]);
         }
         slope
     }

@@ -4,27 +4,15 @@
 //! [`damped`](super::damped). Lanes that have ended stay as they are. A lane holds everything its
 //! curve needs to go on, so a descent can be stopped after any tick and resumed.
 
-use super::area::Enclosing;
 use super::edges::Edges;
+use super::enclosed::Enclosing;
 use super::energy::{Functional, Hold, Wall};
 use super::lane::{Bounds, Lane, Standing};
+use super::newton::Weights;
 use super::plan::Plan;
 use super::within::Within;
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::linalg::{Real, Scalar, operation};
-
-/// The weights of an inner product.
-#[derive(Clone, Debug)]
-pub(crate) struct Weights<S> {
-    /// The weight of the derivative of the product's own order.
-    pub highest: S,
-    /// The weight of |g|² at each vertex.
-    ///
-    /// 0 where no point is attached.
-    pub vertices: Vec<S>,
-    /// Whether any vertex is attached.
-    pub attached: bool,
-}
 
 /// The curves of all lanes.
 pub(crate) struct Descent<'a, S: Scalar, const D: usize> {
@@ -109,7 +97,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
             energy += *weight * self.edges.value(functional);
         }
         if const { D == 2 } && self.is_enclosing {
-            energy += self.enclose();
+            energy += self.edges.enclose(self.enclosing);
         }
         if const { D == 3 }
             && let Some(within) = &mut self.within
@@ -171,7 +159,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
             energy += self.edges.add(*weight, functional);
         }
         if const { D == 2 } && self.is_enclosing {
-            energy += self.enclose();
+            energy += self.edges.enclose(self.enclosing);
         }
         if self.plan.gauge > 0 {
             energy += self.edges.add_gauge(self.plan.gauge, self.gauge);

@@ -2,7 +2,7 @@
 
 use super::plan::Solver;
 use super::sobolev::Stride;
-use crate::damping::{Damping, Trial, Verdict};
+use crate::damping::{Damping, Trial, Verdict, least};
 use crate::linalg::{Real, Scalar};
 
 /// The state of a curve's descent.
@@ -233,10 +233,6 @@ impl<N: Real + Scalar> Lane<N> {
         let patience = if matches!(self.steps, Steps::Newton(_)) { PATIENCE } else { SOBOLEV_PATIENCE };
         self.since_best > patience
     }
-}
-
-pub(super) fn least<N: PartialOrd>(a: N, b: N) -> N {
-    if a < b { a } else { b }
 }
 
 #[cfg(test)]

@@ -32,7 +32,7 @@
 //! |---|---|
 //! | `fair`, `limits` | options |
 //! | `division`, `setup`, `constrain`, `corners`, `flat`, `near`, `starts` | from data points to problems |
-//! | `edges`, `energy`, `hessian`, `newton`, `sobolev`, `within` | an energy, its derivatives and the systems of a step |
+//! | `edges`, `energy`, `enclosed`, `hessian`, `newton`, `sobolev`, `within` | an energy, its derivatives and the systems of a step |
 //! | `lane`, `damped`, `descent` | descents side by side |
 //! | `problem`, `descent_gpu` | descents of many problems, on the CPU and on a GPU |
 //! | `queue` | what curves ask for |
@@ -73,6 +73,7 @@ mod deviation;
 mod disc;
 mod division;
 mod edges;
+mod enclosed;
 mod energy;
 mod evaluate;
 mod evaluate_gpu;

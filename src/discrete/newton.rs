@@ -11,7 +11,6 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::block::{Block, times};
-use super::descent::Weights;
 use super::edges::Edges;
 use super::energy::{Functional, MOST_EDGES};
 use super::hessian::{BlockHessian, COUPLED};
@@ -22,6 +21,19 @@ use super::tangent_planes::{Basis, TangentSystem, add_own, add_pair, between};
 use crate::linalg::banded::Banded;
 use crate::linalg::scalar::{Vector, add, dot, scale};
 use crate::linalg::{Scalar, operation};
+
+/// The weights of an inner product.
+#[derive(Clone, Debug)]
+pub(crate) struct Weights<S> {
+    /// The weight of the derivative of the product's own order.
+    pub highest: S,
+    /// The weight of |g|² at each vertex.
+    ///
+    /// 0 where no point is attached.
+    pub vertices: Vec<S>,
+    /// Whether any vertex is attached.
+    pub attached: bool,
+}
 
 /// Newton's systems, one a lane, with interleaved coordinates.
 pub(crate) struct Newton<S, const D: usize> {

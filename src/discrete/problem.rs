@@ -4,12 +4,12 @@
 
 use std::f64::consts::TAU;
 
-use super::area::Enclosing;
-use super::descent::{Descent, Weights};
+use super::descent::Descent;
 use super::edges::Edges;
+use super::enclosed::Enclosing;
 use super::energy::{Energy, FENCE_KINDS, Fence, Functional, Hold, MOST_EDGES, WAYS, Wall};
 use super::lane::{Bounds, Standing};
-use super::newton::Newton;
+use super::newton::{Newton, Weights};
 use super::plan::{Plan, Solver};
 use super::within::{Local, Within};
 use crate::linalg::scalar::{Vector, add, dot, subtract};

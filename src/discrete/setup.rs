@@ -5,9 +5,9 @@
 
 use std::ops::Range;
 
-use super::area::Enclosing;
 use super::constrain::{Constrained, bends, constrained, lay_short, repeat};
 use super::division::{components, divide};
+use super::enclosed::Enclosing;
 use super::energy::{Energy, Functional, of_spans};
 use super::fair::{Fair, Pins};
 use super::onto::{local, lost_between};

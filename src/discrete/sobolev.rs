@@ -25,8 +25,7 @@
 use super::block::{Block, add_scaled, outer, subtract_block};
 use super::edges::Edges;
 use super::hessian::BlockHessian;
-use super::lane::least;
-use crate::damping::{ROUNDING, Trial, Verdict};
+use crate::damping::{ROUNDING, Trial, Verdict, least};
 use crate::linalg::scalar::{Vector, add, dot};
 use crate::linalg::{Real, Scalar, operation};
 

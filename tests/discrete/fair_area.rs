@@ -1,5 +1,7 @@
 //! Curves enclose the area of their points.
 
+use std::f64::consts::{FRAC_PI_6, PI, TAU};
+
 use faircurve::discrete::{Energy, Fair, Limits, bending, length, tautness};
 use faircurve::{CurveBatch, CurveStatus};
 use rand::rngs::StdRng;
@@ -17,7 +19,7 @@ fn islands(seed: u64) -> CurveBatch {
     for i in 0..40 {
         let (points, size) = ([6, 9, 15, 40][i % 4], rng.random_range(0.3..3.0));
         for k in 0..if i % 3 == 2 { points / 2 } else { points } {
-            let turn = std::f64::consts::TAU * k as f64 / points as f64;
+            let turn = TAU * k as f64 / points as f64;
             let r = size * rng.random_range(0.7..1.3);
             coords.extend([r * turn.cos(), 0.8 * r * turn.sin()]);
         }
@@ -71,14 +73,15 @@ fn curves_keep_the_area_of_their_points() {
 
 #[test]
 fn a_circle_near_its_points_is_as_large_as_they_are() {
-    let points: Vec<Planar> = (0..12).map(|k| 0.5236 * f64::from(k)).map(|t| [2.0 * t.cos(), 2.0 * t.sin()]).collect();
+    let points: Vec<Planar> =
+        (0..12).map(|k| FRAC_PI_6 * f64::from(k)).map(|t| [2.0 * t.cos(), 2.0 * t.sin()]).collect();
     let batch = one(&points, true);
     let fair = Fair { deviation: Some(0.3.into()), ..keeping(bending(2.0) + length()) };
     let (kept, report) = fitted::<2>(&fair, &batch, SEGMENTS);
     assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
     assert!((area(&kept) / area(&points) - 1.0).abs() <= 2e-6);
     // The roundest of all.
-    let radius = (area(&points) / std::f64::consts::PI).sqrt();
+    let radius = (area(&points) / PI).sqrt();
     let off = kept.iter().map(|&v| (norm(v) - radius).abs()).fold(0.0, f64::max);
     assert!(off < 1e-3, "{off:e}");
     let (free, _) = fitted::<2>(&Fair { limits: Limits::default(), ..fair }, &batch, SEGMENTS);

@@ -93,7 +93,7 @@ impl Energy {
         let wanted = fences.zip(fencing.kinds).filter(|(_, wanted)| *wanted);
         let mut fenced = wanted.fold(self.clone(), |energy, (fence, _)| energy + Energy::of(fence));
         if fencing.stretch {
-            fenced = fenced + super::length();
+            fenced = fenced + Energy::of(Functional::Length(Default::default()));
         }
         Energy { walls: fencing.walls, has_tether: fencing.stretch, has_area: fencing.area, ..fenced }
     }
