@@ -58,8 +58,8 @@ for which in ${devices[@]}; do
   run 'fair tension' o.csv fit "$octopus" --method fair --energy bending=1,tension=0.1
   run 'fair variation' o.csv fit "$octopus" --method fair --energy variation=1,length=0.1
   run 'fair attachment' o.csv fit "$octopus" --method fair --energy bending=1,attachment=10
-  run 'fair, conjugate gradients' o.csv fit "$octopus" --method fair --solver cg --energy bending=1,length=0.1
-  run 'fair, steepest descent' o.csv fit "$dots" --method fair --solver descent --energy bending=1,length=0.1
+  run 'fair, Sobolev gradients' o.csv fit "$octopus" --method fair --solver sobolev --energy bending=1,length=0.1
+  run 'fair, areas kept' o.csv fit "$dots" --method fair --deviation 2% --preserve-area
   run 'fair deviation' o.csv fit "$octopus" --method fair --deviation 0.5
   run 'fair, Béziers' o.csv fit "$octopus" --method fair --as bezier --tolerance 0.01
   run 'scf' o.csv fit "$octopus" --method scf

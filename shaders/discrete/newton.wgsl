@@ -280,7 +280,7 @@ fn newton_direction(curve: Curve, weights: Weights, lambda: real) -> Found {
 }
 
 fn aim(lane: ptr<function, Lane>, curve: Curve, weights: Weights) -> real {
-    let found = newton_direction(curve, weights, max((*lane).lambda, least_lambda(weights)));
+    let found = newton_direction(curve, weights, (*lane).lambda);
     end_before(lane, curve, found);
     return aimed(lane, found);
 }

@@ -219,8 +219,8 @@ impl<const D: usize> Run<'_, D> {
 
     fn is_for_kernel(&self, i: usize) -> bool {
         let (order, problem) = (self.plan.order, self.problems[i]);
-        // A triangle has no room for the third derivative.
-        let has_order = order_of(order, problem.closed, problem.vertices()) == order;
+        // A triangle has no room for the third derivative, and the gauge is of order 2.
+        let has_order = order_of(order.max(2), problem.closed, problem.vertices()) == order.max(2);
         // A curve that nothing holds slides along itself, which the host damps.
         let is_in_surface = problem.surface.as_ref().is_none_or(|surface| {
             has_kernel(&*surface.surface, self.precision, self.gpu.limits())

@@ -299,6 +299,9 @@ impl Fair {
             2 if self.surface.is_some() || energy.is_fenced() => 1,
             _ => order,
         };
-        Plan { solver: self.solver, order, gauge }
+        let is_attached = self.deviation.is_some() || energy.is_attached();
+        // Nothing spaces the edges of a shortest curve through its points.
+        let solver = if order == 1 && !is_attached { Solver::Sobolev } else { self.solver };
+        Plan { solver, order, gauge }
     }
 }

@@ -57,6 +57,9 @@ pub(crate) struct Newton<S, const D: usize> {
 ///
 /// Its half-bandwidth is (order + 1)·D − 1.
 enum Matrix<S> {
+    /// Metrics of order 1, of closed curves of two vertices too.
+    FirstPlanar(Box<Banded<S, 3>>),
+    FirstSpatial(Box<Banded<S, 5>>),
     SecondPlanar(Box<Banded<S, 5>>),
     SecondSpatial(Box<Banded<S, 8>>),
     WidestPlanar(Box<Banded<S, { widest(2) }>>),
@@ -76,6 +79,8 @@ const fn widest(dimension: usize) -> usize {
 macro_rules! each {
     ($matrix:expr, $banded:ident => $body:expr) => {
         match $matrix {
+            Matrix::FirstPlanar($banded) if D == 2 => $body,
+            Matrix::FirstSpatial($banded) if D == 3 => $body,
             Matrix::SecondPlanar($banded) if D == 2 => $body,
             Matrix::SecondSpatial($banded) if D == 3 => $body,
             Matrix::SecondTangent($banded) if D == 3 => $body,
@@ -99,6 +104,8 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
             damping: Vec::new(),
             matrix: match (plan.order, D) {
                 (..3, 3) if in_surfaces => Matrix::SecondTangent(Box::new(Banded::new(false, none))),
+                (1, 2) if plan.solver == Solver::Sobolev => Matrix::FirstPlanar(Box::new(Banded::new(false, none))),
+                (1, 3) if plan.solver == Solver::Sobolev => Matrix::FirstSpatial(Box::new(Banded::new(false, none))),
                 (..3, 2) => Matrix::SecondPlanar(Box::new(Banded::new(false, none))),
                 (..3, _) => Matrix::SecondSpatial(Box::new(Banded::new(false, none))),
                 (_, 2) => Matrix::WidestPlanar(Box::new(Banded::new(false, none))),

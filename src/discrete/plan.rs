@@ -8,7 +8,8 @@ use crate::words::words;
 pub enum Solver {
     /// −(H + λL)⁻¹g with the Hessian H and the Sobolev inner product L.
     ///
-    /// λ ≥ 0 damps as far as necessary.
+    /// λ ≥ 0 damps as far as necessary. Energies of order 1, length and tension, of curves through
+    /// their points have Sobolev gradients all the same.
     #[default]
     Newton,
     /// −αL⁻¹g, where L⁻¹g is the Sobolev gradient and α the step of Barzilai and Borwein.

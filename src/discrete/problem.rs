@@ -35,9 +35,6 @@ const FEW: usize = 8;
 /// Sliding along itself, and along symmetries of the surface, costs a curve nothing.
 const SLIDING: f64 = 1e-7;
 
-/// The least λ of curves without a gauge, whose edges may share a length in any way.
-const UNEVEN: f64 = 1e-2;
-
 /// See [`Outcome::rest`].
 const AT_REST: f64 = 16.0;
 
@@ -300,9 +297,9 @@ impl<const D: usize> Problem<D> {
 
 /// The order of the inner product.
 ///
-/// Closed curves can have orders from the third on only with more vertices than the order.
+/// Closed curves have more vertices than the order.
 pub(super) fn order_of(order: usize, closed: bool, vertices: usize) -> usize {
-    if closed { order.min(vertices.max(3) - 1) } else { order }
+    if closed { order.min(vertices - 1) } else { order }
 }
 
 /// The callback for every curve that has ended, by its number.
@@ -464,7 +461,11 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
     let limited = |order: usize| order_of(order, lane(0).closed, lane(0).vertices());
     // A triangle has no room for the third derivative.
     let order = limited(plan.order);
-    let solver = if order < plan.order { Solver::Sobolev } else { plan.solver };
+    // Two vertices have no room for the gauge. Without it edges may share a length in any way, and H
+    // is singular.
+    let wanted = plan.order.max(2);
+    let has_hessian = limited(wanted) == wanted && lane(0).gauge != 0.0;
+    let solver = if has_hessian { plan.solver } else { Solver::Sobolev };
     let plan = Plan { solver, order, gauge: limited(plan.gauge) };
     let mut descent = Descent::new(plan, edges, movable, weights, terms, gauge, holds, &bounds);
     descent.walls = walls;
@@ -474,15 +475,11 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
         stiffness: each(&|problem| problem.enclosing.stiffness),
     };
     descent.is_enclosing = members.iter().any(|problem| problem.enclosing.stiffness > 0.0);
-    descent.least_damping = each(&|problem| match problem {
-        Problem { gauge: 0.0, .. } => UNEVEN,
-        problem if problem.is_loose() => SLIDING,
-        _ => 0.0,
-    });
     if const { D == 3 } && lane(0).surface.is_some() {
         let own = |l: usize| lane(l).surface.as_ref().map(|surface| (surface, &lane(l).places[..]));
         let surfaces: Vec<_> = (0..S::LANES).filter_map(own).collect();
         descent.within = Some(Within::new(&surfaces, &descent.edges));
+        descent.least_damping = each(&|problem| if problem.is_loose() { SLIDING } else { 0.0 });
     }
     descent.lanes[members.len()..].iter_mut().for_each(|lane| lane.standing = Standing::Exhausted);
     descent

@@ -55,7 +55,7 @@ impl<S: Scalar, const B: usize> Banded<S, B> {
 
     /// Storage for other matrices. [`clear`](Self::clear) makes their entries 0.
     pub fn renew(&mut self, cyclic: bool, counts: &[usize]) {
-        debug_assert!(!cyclic || counts.iter().all(|&count| count >= B));
+        debug_assert!(!cyclic || counts.iter().all(|&count| count >= B), "{counts:?} {B}");
         self.cyclic = cyclic;
         self.counts.clear();
         self.counts.extend_from_slice(counts);

@@ -157,8 +157,7 @@ fn tick(at_step: Curve, running: BlockRing, thread: u32) {
     var solving = running;
     solving.working = running.working && states[curve.slot].standing == STANDING_RUNNING;
     if (solving.working) {
-        let weights = load_weights(curve);
-        assemble(curve, running, weights, max(load_lambda(curve.slot), least_lambda(weights)));
+        assemble(curve, running, load_weights(curve), load_lambda(curve.slot));
     }
     storageBarrier();
     let smallest = solve_block_ring(curve, solving);

@@ -13,18 +13,6 @@ fn share_of(lambda: real) -> real {
     return lambda;
 }
 //:end
-
-// Twin: src/discrete/problem.rs
-const UNEVEN: real = real(1e-2);
-
-// λ of the next direction is never less.
-fn least_lambda(weights: Weights) -> real {
-//:if FIRST
-    return select(real(0), UNEVEN, weights.gauge == real(0));
-//:else
-    return real(0);
-//:end
-}
 //:if SURFACE
 
 // The blocks of H + λL in the tangent planes of the window's vertices, for the row of L. Along the normals they get a
