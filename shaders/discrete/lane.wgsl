@@ -1,16 +1,16 @@
 // What a descent keeps of a curve, and its place in the arrays of descent.wgsl between dispatches.
 
 // No twin: what the host writes before the first tick.
-const STANDING_START: u32 = 0u;
+const TERMINATION_START: u32 = 0u;
 
-const STANDING_RUNNING: u32 = 1u;
-const STANDING_CONVERGED: u32 = 2u;
-const STANDING_STALLED: u32 = 3u;
-const STANDING_EXHAUSTED: u32 = 4u;
-const STANDING_UNBOUNDED: u32 = 5u;
-const STANDING_BROKEN: u32 = 6u;
+const TERMINATION_RUNNING: u32 = 1u;
+const TERMINATION_CONVERGED: u32 = 2u;
+const TERMINATION_STALLED: u32 = 3u;
+const TERMINATION_EXHAUSTED: u32 = 4u;
+const TERMINATION_UNBOUNDED: u32 = 5u;
+const TERMINATION_BROKEN: u32 = 6u;
 // No twin: the host descends the curve.
-const STANDING_LEFT: u32 = 7u;
+const TERMINATION_LEFT: u32 = 7u;
 
 const PATIENCE: u32 = 16u;
 const SOBOLEV_PATIENCE: u32 = 100u;
@@ -28,7 +28,7 @@ const FLAG_FULL: u32 = 1u;
 
 // One curve's numbers.
 struct Lane {
-    standing: u32,
+    termination: u32,
     iterations: u32,
     evaluations: u32,
     since_best: u32,
@@ -74,8 +74,8 @@ fn load_lane(slot: u32) -> Lane {
     let state = states[slot];
     let at = slot * params.numbers + GIVEN;
     var lane = Lane();
-    lane.standing = state.standing;
-    if (state.standing == STANDING_START) {
+    lane.termination = state.termination;
+    if (state.termination == TERMINATION_START) {
         lane.norm2 = UNBOUNDED;
         lane.best = UNBOUNDED;
         lane.energy_then = UNBOUNDED;
@@ -102,7 +102,7 @@ fn load_lane(slot: u32) -> Lane {
 
 fn store_lane(slot: u32, lane: Lane) {
     let at = slot * params.numbers + GIVEN;
-    states[slot].standing = lane.standing;
+    states[slot].termination = lane.termination;
     states[slot].iterations = lane.iterations;
     states[slot].evaluations = lane.evaluations;
     states[slot].since_best = lane.since_best;

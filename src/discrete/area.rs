@@ -11,11 +11,11 @@ use super::problem::Problem;
 pub(super) const TOLERANCE: f64 = 1e-6;
 
 /// ρ of the first round, and the largest, in units of E/A*².
-const FIRST: f64 = 10.0;
-const MOST: f64 = 1e5;
+const INITIAL_PENALTY: f64 = 10.0;
+const MOST_PENALTY: f64 = 1e5;
 
 /// The factor of ρ after a round that left more than this part of the violation.
-const FIRMER: f64 = 10.0;
+const PENALTY_GROWTH: f64 = 10.0;
 const LEFT: f64 = 0.1;
 
 impl<const D: usize> Problem<D> {
@@ -38,7 +38,7 @@ impl Area {
     /// The constraint on a curve of this energy.
     pub fn new<const D: usize>(wanted: Enclosed, energy: f64, problem: &mut Problem<D>) -> Self {
         let unit = energy / (wanted.unit * wanted.unit);
-        problem.enclosing = Enclosing { area: wanted.area, multiplier: 0.0, stiffness: FIRST * unit };
+        problem.enclosing = Enclosing { area: wanted.area, multiplier: 0.0, stiffness: INITIAL_PENALTY * unit };
         Area { wanted, unit, violation: f64::INFINITY }
     }
 }
@@ -65,7 +65,7 @@ impl<const D: usize> Multipliers<D> for Area {
         let enclosing = &mut problem.enclosing;
         enclosing.multiplier += enclosing.stiffness * (area - enclosing.area);
         if self.violation > LEFT * before && !Multipliers::<D>::is_settled(self) {
-            enclosing.stiffness = (FIRMER * enclosing.stiffness).min(MOST * self.unit);
+            enclosing.stiffness = (PENALTY_GROWTH * enclosing.stiffness).min(MOST_PENALTY * self.unit);
         }
     }
 }

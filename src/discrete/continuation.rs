@@ -4,9 +4,9 @@
 //! For large ν the sharpest bend has nearly all the energy, and the Hessian says nothing about the others.
 
 use super::energy::{Energy, nearer};
+use super::fallback;
 use super::problem::{Outcome, Problem};
 use super::queue::{CurveFit, Goal};
-use super::rough;
 
 /// The tolerance of the norm of the gradient in all stages but the last.
 ///
@@ -32,7 +32,7 @@ pub(super) async fn descend<const D: usize>(
         own.rebase(&stage.displacements);
         outcome.go_on(stage);
     }
-    outcome.go_on(rough::descend(curve, own, Goal::Free).await.1);
+    outcome.go_on(fallback::descend(curve, own, Goal::Free).await.1);
     (problem, outcome)
 }
 

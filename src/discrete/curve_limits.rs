@@ -1,11 +1,11 @@
 //! [`CurveLimits`]: the [limits](Limits) of one curve at its vertices.
 
-use super::apart::{Parting, Partings};
 use super::enclosed::Enclosed;
 use super::energy::{FENCE_KINDS, FIRST_WAY, Fencing};
 use super::limits::{Form, Limits, Polygon, of_spans, spans};
 use super::problem::Problem;
-use super::setup::Ready;
+use super::separation::{SeparatingHalfPlane, SeparatingHalfPlanes};
+use super::setup::PreparedCurve;
 use super::walls::{Side, Walls};
 use crate::batch::CurveBatch;
 use crate::linalg::scalar::{Vector, add, scale, subtract};
@@ -32,15 +32,21 @@ pub(super) struct CurveLimits<const D: usize> {
 impl<const D: usize> CurveLimits<D> {
     /// The limits of a curve at size 1, whose problem learns where it lies.
     ///
-    /// `partings` are the half-planes between it and its neighbours.
-    pub fn of(own: &Limits, batch: &CurveBatch, i: usize, partings: &[Parting], ready: &mut Ready<D>) -> Self {
+    /// `separating` are the half-planes between it and its neighbours.
+    pub fn of(
+        own: &Limits,
+        batch: &CurveBatch,
+        i: usize,
+        separating: &[SeparatingHalfPlane],
+        ready: &mut PreparedCurve<D>,
+    ) -> Self {
         let points = batch.points(i).as_chunks::<D>().0;
         let spans = spans(&ready.rows, points.len());
         let (closed, vertices, size) = (batch.is_closed(i), ready.problem.vertices(), ready.size);
         let polygon = Polygon { spans: &spans, points, closed, vertices, size };
         let slopes = polygon.slopes(own, batch, i);
-        let has_walls = own.has_places(batch) || !partings.is_empty();
-        let walls = has_walls.then(|| walls_of(own, batch, i, partings, ready, &polygon));
+        let has_walls = own.has_places(batch) || !separating.is_empty();
+        let walls = has_walls.then(|| walls_of(own, batch, i, separating, ready, &polygon));
         if walls.is_some() {
             ready.place();
         }
@@ -62,8 +68,8 @@ fn walls_of<const D: usize>(
     limits: &Limits,
     batch: &CurveBatch,
     i: usize,
-    partings: &[Parting],
-    ready: &Ready<D>,
+    separating: &[SeparatingHalfPlane],
+    ready: &PreparedCurve<D>,
     polygon: &Polygon<'_, D>,
 ) -> Walls<D> {
     let Polygon { spans, points, vertices, size, .. } = *polygon;
@@ -88,22 +94,22 @@ fn walls_of<const D: usize>(
     }
     let unit = polygon.mean_chord();
     let regions = limits.regions.iter().map(|region| region.form(from, size, unit)).collect();
-    let side = |parting: &Parting| {
-        let [foot, axis] = [parting.foot, parting.axis].map(|v| std::array::from_fn(|c| v[c]));
-        let unit = unit.min(OF_ROOM * parting.gap / size);
+    let side = |half_plane: &SeparatingHalfPlane| {
+        let [foot, axis] = [half_plane.foot, half_plane.axis].map(|v| std::array::from_fn(|c| v[c]));
+        let unit = unit.min(OF_ROOM * half_plane.gap / size);
         let form = Form::half_plane(scale(1.0 / size, subtract(foot, from)), axis, unit);
-        Side { row: ready.row_of_drawn(parting.row), form, neighbour: parting.neighbour }
+        Side { row: ready.row_of_drawn(half_plane.row), form, neighbour: half_plane.neighbour }
     };
-    let sides = partings.iter().map(side).collect();
+    let sides = separating.iter().map(side).collect();
     let rows = spans.iter().map(|span| span.rows).collect();
     Walls::new(regions, corridors, sides, rows, &ready.problem.pinned, vertices)
 }
 
-/// What the curves of a batch are kept with, if they have limits. `partings` are between neighbours.
+/// What the curves of a batch are kept with, if they have limits. `separating` are between neighbours.
 pub(super) fn fencing<const D: usize>(
     limits: &Limits,
     batch: &CurveBatch,
-    partings: &Partings,
+    separating: &SeparatingHalfPlanes,
     in_surface: bool,
 ) -> Option<Fencing> {
     if limits.is_empty(batch) {
@@ -115,7 +121,7 @@ pub(super) fn fencing<const D: usize>(
     kinds[2] = limits.shape && D == 3;
     kinds[FIRST_WAY..].iter_mut().zip(&limits.monotone).for_each(|(kind, _)| *kind = true);
     let corridors = usize::from(limits.corridor.is_some() || batch.constraints().corridors.is_some());
-    let walls = Walls::<D>::most(limits.regions.len() + corridors + partings.most_at_a_vertex());
+    let walls = Walls::<D>::most(limits.regions.len() + corridors + separating.most_at_a_vertex());
     let stretch = limits.stretch.is_some();
     Some(Fencing { kinds, in_surface, ways: limits.ways(), walls, stretch, area: limits.area })
 }

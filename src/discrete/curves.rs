@@ -18,7 +18,7 @@ use glam::DVec3;
 
 use super::constrain::Constrained;
 use super::problem::Outcome;
-use super::setup::Ready;
+use super::setup::PreparedCurve;
 
 /// One fitted curve: its vertices, and the rows that stand for data points.
 #[derive(Clone, Debug)]
@@ -56,7 +56,7 @@ impl Given {
 
 impl Vertices {
     /// Those of a curve where its descent ended, one at the ends of short edges.
-    pub fn of<const D: usize>(ready: &Ready<D>, outcome: &Outcome<D>) -> Self {
+    pub fn of<const D: usize>(ready: &PreparedCurve<D>, outcome: &Outcome<D>) -> Self {
         let vertices = ready.vertices_of(outcome);
         let mut repeats = vec![false; vertices.len() + 1];
         for own in &ready.given {

@@ -3,7 +3,7 @@
 //! For [Sobolev gradients](Solver::Sobolev) L is in the place of H.
 
 use super::descent::Descent;
-use super::lane::Standing;
+use super::lane::TerminationStatus;
 use super::newton::Newton;
 use crate::damping::{Trial, Verdict};
 use crate::linalg::scalar::{dot, scale, subtract};
@@ -55,7 +55,8 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
             };
             let verdict = lane.judge(&trial);
             // Rounding decides whether the last step is taken, and not on the count.
-            lane.iterations += u32::from(verdict == Verdict::Accept || lane.standing == Standing::Converged);
+            lane.iterations +=
+                u32::from(verdict == Verdict::Accept || lane.termination == TerminationStatus::Converged);
             if verdict == Verdict::Accept {
                 (lane.energy, lane.length) = (energy.lane(l), length.lane(l));
                 accepted.set_lane(l, S::ONE.lane(0));

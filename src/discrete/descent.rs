@@ -7,7 +7,7 @@
 use super::edges::Edges;
 use super::enclosed::Enclosing;
 use super::energy::{Functional, Hold, Wall};
-use super::lane::{Bounds, Lane, Standing};
+use super::lane::{Bounds, Lane, TerminationStatus};
 use super::newton::Weights;
 use super::plan::Plan;
 use super::within::Within;
@@ -84,7 +84,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
 
     /// Whether any lane is still running.
     pub fn is_running(&self) -> bool {
-        self.lanes.iter().any(|lane| lane.standing == Standing::Running)
+        self.lanes.iter().any(|lane| lane.termination == TerminationStatus::Running)
     }
 
     /// The energy of the curves as they stand, without the gauge.
@@ -113,7 +113,9 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         self.advance(S::ZERO);
         let (energy, _, length) = self.evaluate();
         let mut accepted = S::ZERO;
-        for (l, lane) in self.lanes.iter_mut().enumerate().filter(|(_, lane)| lane.standing == Standing::Running) {
+        for (l, lane) in
+            self.lanes.iter_mut().enumerate().filter(|(_, lane)| lane.termination == TerminationStatus::Running)
+        {
             if lane.begin(energy.lane(l), length.lane(l)) {
                 accepted.set_lane(l, S::ONE.lane(0));
             }

@@ -17,7 +17,7 @@ use turns::tasks;
 
 use super::compose::Composition;
 use super::energy::{Energy, attachment};
-use super::lane::Standing;
+use super::lane::TerminationStatus;
 use super::plan::{Plan, Solver};
 use super::problem::{Ended, Outcome, Problem, descend_on_cpu, order_of};
 use super::within::has_kernel;
@@ -59,7 +59,7 @@ pub(crate) struct DescentTask {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(crate) struct DescentState {
-    pub standing: u32,
+    pub termination: u32,
     pub iterations: u32,
     pub evaluations: u32,
     pub flags: u32,
@@ -70,13 +70,13 @@ pub(crate) struct DescentState {
 /// The standings by the kernel's codes.
 ///
 /// The code is 0 before the first tick.
-const STANDINGS: [Standing; 6] = [
-    Standing::Running,
-    Standing::Converged,
-    Standing::Stalled,
-    Standing::Exhausted,
-    Standing::Unbounded,
-    Standing::Broken,
+const TERMINATIONS: [TerminationStatus; 6] = [
+    TerminationStatus::Running,
+    TerminationStatus::Converged,
+    TerminationStatus::Stalled,
+    TerminationStatus::Exhausted,
+    TerminationStatus::Unbounded,
+    TerminationStatus::Broken,
 ];
 
 /// The arrays of a chunk that are read back.
@@ -118,7 +118,7 @@ fn reach(plan: &Plan) -> usize {
 /// - curves of order 3 in f32, which has too few digits, and by Sobolev gradients;
 /// - curves of energies whose terms couple more vertices than the inner product does.
 ///
-/// If the device is lost, finished curves are kept. The others come out as [`Standing::Running`] at
+/// If the device is lost, finished curves are kept. The others come out as [`TerminationStatus::Running`] at
 /// their bases.
 ///
 /// # Errors
@@ -230,6 +230,7 @@ impl<const D: usize> Run<'_, D> {
         });
         (order < 3 || self.precision == Precision::F64 && self.plan.solver == Solver::Newton)
             && has_order
+            && (problem.gauge != 0.0 || self.plan.solver == Solver::Sobolev)
             && is_in_surface
     }
 

@@ -4,17 +4,17 @@
 //! smoothing spline (near) ─► rounds inside discs (disc) ─► the fairest within its discs
 //! ```
 
-use super::apart::{Found, Parting};
 use super::disc::Discs;
 use super::fair::Fair;
-use super::lane::Standing;
+use super::lane::TerminationStatus;
 use super::limited::keep_within;
 use super::multipliers::{Constrained, Schedule};
 use super::near::left_as_it_is;
 use super::problem::{Outcome, Problem};
 use super::queue::{CurveFit, Goal};
-use super::setup::{Ready, distance};
-use super::untangle::{ROUNDS, message};
+use super::self_intersections::{ROUNDS, message};
+use super::separation::{Found, SeparatingHalfPlane};
+use super::setup::{PreparedCurve, distance};
 use super::verdict::deviation;
 use crate::deviation::Deviation;
 use crate::error::{Error, Result};
@@ -37,7 +37,7 @@ const SWUNG_OUT: f64 = 2.0;
 /// A curve that has ended within its discs.
 #[derive(Clone)]
 pub(super) struct InDiscs<const D: usize> {
-    ready: Ready<D>,
+    ready: PreparedCurve<D>,
     outcome: Outcome<D>,
     discs: Discs,
     rounds: u32,
@@ -51,7 +51,7 @@ pub(super) struct InDiscs<const D: usize> {
 /// Descends to the least energy within discs.
 pub(super) async fn within_discs<const D: usize>(
     curve: &CurveFit<'_, D>,
-    mut ready: Ready<D>,
+    mut ready: PreparedCurve<D>,
     [asked, allowed]: [f64; 2],
     in_f32: bool,
 ) -> InDiscs<D> {
@@ -68,7 +68,7 @@ pub(super) async fn within_discs<const D: usize>(
         if !own.may_go_on {
             break;
         }
-        if !own.is_done || outcome.standing != Standing::Converged {
+        if !own.is_done || outcome.termination != TerminationStatus::Converged {
             if let Some((problem, found)) = before.take() {
                 let iterations = outcome.iterations;
                 (own.ready.problem, *outcome) = (problem, Outcome { iterations, ..found });
@@ -100,14 +100,14 @@ pub(super) async fn within_discs<const D: usize>(
 impl<const D: usize> InDiscs<D> {
     /// Goes on until the curve keeps its limits, if it has any. Returns its report and vertices, and whether the CPU descended.
     ///
-    /// `partings` are between neighbours.
-    pub async fn kept(mut self, curve: &CurveFit<'_, D>, partings: &[Parting]) -> (Found, bool) {
+    /// `separating` are between neighbours.
+    pub async fn kept(mut self, curve: &CurveFit<'_, D>, separating: &[SeparatingHalfPlane]) -> (Found, bool) {
         if curve.fair.limits.is_empty(curve.batch) {
             let on_cpu = self.outcome.on_cpu;
             return (self.report(curve), on_cpu);
         }
         let kept;
-        (self.ready, kept) = keep_within(curve, &mut self.discs, self.ready, &mut self.outcome, partings).await;
+        (self.ready, kept) = keep_within(curve, &mut self.discs, self.ready, &mut self.outcome, separating).await;
         let (asked, on_cpu) = (self.asked, self.outcome.on_cpu);
         let (mut report, vertices) = self.report(curve);
         if let Some(kept) = kept {
@@ -122,7 +122,7 @@ impl<const D: usize> InDiscs<D> {
         let (asked, allowed) = (self.asked, self.allowed);
         let vertices = self.ready.vertices_of(&self.outcome);
         let found = deviation(&vertices, &self.ready.rows, batch.points(i).as_chunks::<D>().0);
-        let keeps = found <= asked && self.outcome.standing != Standing::Unbounded;
+        let keeps = found <= asked && self.outcome.termination != TerminationStatus::Unbounded;
         if !keeps || has_swung_out(&vertices, &self.ready.rows, allowed) {
             return left_as_it_is(self.ready, fair, batch, i, asked, self.outcome.iterations);
         }

@@ -12,7 +12,7 @@ use super::energy::Hold;
 use super::fair::{Fair, Pins};
 use super::multipliers::Multipliers;
 use super::problem::Problem;
-use super::setup::{LONGEST, Ready, set_up_pieces};
+use super::setup::{LONGEST, PreparedCurve, set_up_pieces};
 use crate::batch::CurveBatch;
 use crate::linalg::scalar::{add, dot, scale};
 
@@ -28,15 +28,15 @@ const ROUNDING: [f64; 2] = [1e-11, 1e-5];
 const MOST_MARGIN: f64 = 0.1;
 
 /// The violation of a curve that is done, in units of D² and of its margin.
-const ENOUGH: f64 = 0.8;
+const FEASIBILITY_TOLERANCE: f64 = 0.8;
 
 /// ρD² in units of w/h^(2m − 1), the stiffness of the spans beside the point.
-const FIRM: f64 = 10.0;
+const INITIAL_PENALTY: f64 = 10.0;
 
 /// The factor of ρ after a round that did not divide the violation by [`SLOW`].
-const FIRMER: f64 = 10.0;
+const PENALTY_GROWTH: f64 = 10.0;
 
-/// See [`FIRMER`].
+/// See [`PENALTY_GROWTH`].
 const SLOW: f64 = 4.0;
 
 /// The stiffness of rails in units of ρD².
@@ -69,7 +69,7 @@ impl Discs {
     ///
     /// `allowed` is what the curve may use of its deviation without vanishing.
     pub fn around<const D: usize>(
-        ready: &mut Ready<D>,
+        ready: &mut PreparedCurve<D>,
         held: &Fair,
         allowed: f64,
         in_f32: bool,
@@ -94,7 +94,7 @@ impl Discs {
         let order = held.energy.order() as i32;
         let beside = spans_beside(&ready.rows, problem);
         for (attached, h) in problem.attached.iter_mut().zip(beside) {
-            attached.stiffness = FIRM * problem.highest * h.powi(1 - 2 * order);
+            attached.stiffness = INITIAL_PENALTY * problem.highest * h.powi(1 - 2 * order);
             attached.hold = Hold { wall: attached.stiffness / square, reach: square, ..Hold::NONE };
         }
         lay_rails(problem);
@@ -104,7 +104,7 @@ impl Discs {
 
     /// Whether the multipliers are known well enough for a descent to the method's tolerance.
     pub fn is_settled(&self) -> bool {
-        self.violation <= ENOUGH * self.margin
+        self.violation <= FEASIBILITY_TOLERANCE * self.margin
     }
 
     /// Whether the deviation is next to rounding, so that the curve goes through its points.
@@ -142,8 +142,8 @@ impl<const D: usize> Multipliers<D> for Discs {
         self.violation = self.multiply(problem);
         if !Discs::is_settled(self) && self.violation * SLOW > before {
             for attached in &mut problem.attached {
-                attached.hold.wall *= FIRMER;
-                attached.stiffness *= FIRMER;
+                attached.hold.wall *= PENALTY_GROWTH;
+                attached.stiffness *= PENALTY_GROWTH;
             }
         }
         let square = self.radius * self.radius;
@@ -169,7 +169,7 @@ impl<const D: usize> Multipliers<D> for Discs {
 }
 
 /// The spline through the points, with all of them pinned.
-fn through_its_points<const D: usize>(held: &Fair, batch: &CurveBatch, i: usize) -> Option<Ready<D>> {
+fn through_its_points<const D: usize>(held: &Fair, batch: &CurveBatch, i: usize) -> Option<PreparedCurve<D>> {
     let pinned = Fair { pins: Pins::All, ..held.clone() };
     set_up_pieces::<D>(&pinned, &batch.select(&[i]), &[]).ok()?.pop()?.ok()
 }

@@ -2,7 +2,7 @@
 
 use super::energy::Energy;
 use super::evaluate_gpu::evaluate_on_gpu;
-use super::evaluation::{Evaluate, Evaluating, Evaluation, Ready};
+use super::evaluation::{Evaluate, Evaluating, Evaluation, PreparedCurve};
 use crate::batch::CurveBatch;
 use crate::device::Device;
 use crate::error::{Error, Result};
@@ -58,7 +58,7 @@ impl Energy {
 
 fn run<const D: usize>(evaluating: &Evaluating, device: &Device) -> Result<Vec<Evaluation>> {
     let ready: Vec<_> = parallel::map(evaluating.batch.len(), 1, |i| evaluating.ready::<D>(i));
-    let able: Vec<&Ready<D>> = ready.iter().flatten().collect();
+    let able: Vec<&PreparedCurve<D>> = ready.iter().flatten().collect();
     let found = match device.as_gpu() {
         Some(gpu) => evaluate_on_gpu(gpu, device.kernel_precision(gpu, false)?, evaluating, &able)?,
         None => evaluating.on_cpu(&able),

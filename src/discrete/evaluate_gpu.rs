@@ -6,7 +6,7 @@ use bytemuck::{Pod, Zeroable};
 
 use super::compose::{Composition, DeviceWeights};
 use super::energy::{Energy, bending, tension};
-use super::evaluation::{Evaluate, Evaluating, Evaluation, Ready, Want};
+use super::evaluation::{Evaluate, Evaluating, Evaluation, PreparedCurve, Want};
 use super::hessian::BLOCKS;
 use crate::bounds::Bounds;
 use crate::error::{Error, Result};
@@ -98,7 +98,7 @@ pub(super) fn evaluate_on_gpu<const D: usize>(
     gpu: &Gpu,
     precision: Precision,
     evaluating: &Evaluating<'_>,
-    curves: &[&Ready<'_, D>],
+    curves: &[&PreparedCurve<'_, D>],
 ) -> Result<Vec<Evaluation>> {
     let Evaluate { want, gauge, .. } = evaluating.options;
     let gauge = if gauge.is_some() { GAUGE } else { 0 };
@@ -124,7 +124,7 @@ pub(super) fn evaluate_on_gpu<const D: usize>(
 
 struct Job<'a, const D: usize> {
     evaluating: &'a Evaluating<'a>,
-    curves: &'a [&'a Ready<'a, D>],
+    curves: &'a [&'a PreparedCurve<'a, D>],
     composition: Composition,
 }
 
@@ -138,7 +138,7 @@ fn size<const D: usize>(points: &[Vector<f64, D>]) -> f64 {
 
 impl<const D: usize> Job<'_, D> {
     /// The curves of a chunk, and where each begins in the chunk's arrays.
-    fn chunk(&self, chunk: &Range<usize>) -> impl Iterator<Item = (usize, &Ready<'_, D>)> {
+    fn chunk(&self, chunk: &Range<usize>) -> impl Iterator<Item = (usize, &PreparedCurve<'_, D>)> {
         self.curves[chunk.clone()].iter().scan(0, |next, curve| {
             let start = *next;
             *next += curve.points.len();
@@ -146,13 +146,13 @@ impl<const D: usize> Job<'_, D> {
         })
     }
 
-    fn weights(&self, curve: &Ready<'_, D>) -> DeviceWeights {
+    fn weights(&self, curve: &PreparedCurve<'_, D>) -> DeviceWeights {
         let gauge = self.evaluating.gauge(curve.i).unwrap_or(0.0);
         self.composition.weights(size(curve.points), gauge, curve.torsion_curvature)
     }
 
     fn blocks(&self, chunk: &Range<usize>) -> Vec<VertexRange> {
-        let of_curve = |(index, (_, curve)): (usize, (usize, &Ready<'_, D>))| {
+        let of_curve = |(index, (_, curve)): (usize, (usize, &PreparedCurve<'_, D>))| {
             let count = curve.points.len();
             (0..count).step_by(BLOCK_VERTICES).map(move |begin| {
                 let end = (begin + BLOCK_VERTICES).min(count) as u32;

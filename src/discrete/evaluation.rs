@@ -122,7 +122,7 @@ pub(super) struct Evaluating<'a> {
 }
 
 /// A curve that can be evaluated.
-pub(super) struct Ready<'a, const D: usize> {
+pub(super) struct PreparedCurve<'a, const D: usize> {
     pub i: usize,
     pub points: &'a [Vector<f64, D>],
     pub base: Vec<Vector<f64, D>>,
@@ -135,7 +135,7 @@ pub(super) struct Ready<'a, const D: usize> {
 }
 
 impl<'a> Evaluating<'a> {
-    pub(super) fn ready<const D: usize>(&self, i: usize) -> Result<Ready<'a, D>, Unfitted> {
+    pub(super) fn ready<const D: usize>(&self, i: usize) -> Result<PreparedCurve<'a, D>, Unfitted> {
         let points = self.batch.points(i).as_chunks::<D>().0;
         let base = edges(self.batch, i, points)?;
         let data = match self.options.targets.filter(|_| self.energy.is_attached() || self.energy.is_taut()) {
@@ -150,7 +150,7 @@ impl<'a> Evaluating<'a> {
             TORSION_CURVATURE / Bounds::of(points.iter().copied()).diagonal()
         };
         let torsion_curvature = self.options.torsion_curvature.unwrap_or(own);
-        Ok(Ready { i, points, taut, base, attached, torsion_curvature })
+        Ok(PreparedCurve { i, points, taut, base, attached, torsion_curvature })
     }
 
     /// 1/w² of every edge of curve `i`: its spans lie between the data points, or else between vertices.
@@ -209,7 +209,7 @@ impl<'a> Evaluating<'a> {
         }
     }
 
-    pub(super) fn on_cpu<const D: usize>(&self, curves: &[&Ready<'_, D>]) -> Vec<Evaluation> {
+    pub(super) fn on_cpu<const D: usize>(&self, curves: &[&PreparedCurve<'_, D>]) -> Vec<Evaluation> {
         // Curves with the same number of edges undergo the same operations, and no lane is idle.
         // The cost of a curve with a Hessian is mostly that of the Hessian, so those curves go
         // alone.
@@ -219,7 +219,7 @@ impl<'a> Evaluating<'a> {
         let groups: Vec<&[usize]> =
             order.chunk_by(|&j, &k| kind(j) == kind(k)).flat_map(|alike| alike.chunks(lanes)).collect();
         let of_group = |group: &[usize]| -> Vec<(usize, Evaluation)> {
-            let curves: Vec<&Ready<D>> = group.iter().map(|&k| curves[k]).collect();
+            let curves: Vec<&PreparedCurve<D>> = group.iter().map(|&k| curves[k]).collect();
             let found = if 4 * curves.len() > LANES && has_wide_registers() {
                 self.evaluate::<Lanes<f64, LANES>, D>(&curves)
             } else {
@@ -235,7 +235,7 @@ impl<'a> Evaluating<'a> {
     /// Evaluates up to S::LANES curves side by side.
     ///
     /// Spare lanes repeat the first curve.
-    fn evaluate<S: Scalar<Number = f64>, const D: usize>(&self, curves: &[&Ready<D>]) -> Vec<Evaluation> {
+    fn evaluate<S: Scalar<Number = f64>, const D: usize>(&self, curves: &[&PreparedCurve<D>]) -> Vec<Evaluation> {
         let lane = |l: usize| curves[if l < curves.len() { l } else { 0 }];
         let count = curves[0].points.len();
         let closed = self.batch.is_closed(curves[0].i) && count > 0;
@@ -271,7 +271,7 @@ impl<'a> Evaluating<'a> {
         }
         edges.gradient(&vec![S::ONE; edges.rows()], &mut gradients);
         let weight = self.energy.attachment_weight();
-        let finish = |(l, curve): (usize, &&Ready<D>)| {
+        let finish = |(l, curve): (usize, &&PreparedCurve<D>)| {
             let mut value = values.lane(l);
             let mut gradient: Vec<Vector<f64, D>> = gradients[..count].iter().map(|g| g.map(|x| x.lane(l))).collect();
             for &(vertex, target, w) in &curve.attached {

@@ -15,15 +15,15 @@ use crate::linalg::scalar::{dot, scale, subtract};
 pub(super) const MARGIN: f64 = 2e-7;
 
 /// The violation of a curve that is done, in units of its margin.
-pub(super) const ENOUGH: f64 = 0.5;
+pub(super) const FEASIBILITY_TOLERANCE: f64 = 0.5;
 
 /// ρ of the first round, the smallest ρ from which on a curve may be given up, and the largest, in units of E/m.
-pub(super) const FIRST: f64 = 10.0;
-const FIRM: f64 = 1e3;
-const MOST: f64 = 1e7;
+pub(super) const INITIAL_PENALTY: f64 = 10.0;
+const FIRM_PENALTY: f64 = 1e3;
+const MOST_PENALTY: f64 = 1e7;
 
 /// The factor of ρ after a round that left more than this part of the violation.
-const FIRMER: f64 = 10.0;
+const PENALTY_GROWTH: f64 = 10.0;
 const LEFT: f64 = 0.1;
 
 /// The energy that counts at least is that of bending with this turn in all.
@@ -110,14 +110,15 @@ impl<const D: usize> Multipliers<D> for Fences<D> {
                 wall.reach = next;
             }
         }
-        let is_at_most = self.stiffness >= MOST * self.unit;
+        let is_at_most = self.stiffness >= MOST_PENALTY * self.unit;
         let is_far = self.violation > if is_at_most { ROUNDING } else { CLOSE };
-        let is_slow = self.violation > 0.5 * before && self.stiffness >= FIRM * self.unit && is_far;
+        let is_slow = self.violation > 0.5 * before && self.stiffness >= FIRM_PENALTY * self.unit && is_far;
         self.slow = if is_slow { self.slow + 1 } else { 0 };
         let grows = self.violation > LEFT * before && !self.is_settled();
-        let stiffness = if grows { (FIRMER * self.stiffness).min(MOST * self.unit) } else { self.stiffness };
+        let stiffness =
+            if grows { (PENALTY_GROWTH * self.stiffness).min(MOST_PENALTY * self.unit) } else { self.stiffness };
         if grows && is_at_most && self.violation <= ROUNDING {
-            self.margin = self.margin.max(2.0 * self.violation / ENOUGH);
+            self.margin = self.margin.max(2.0 * self.violation / FEASIBILITY_TOLERANCE);
             // The curve was found with the old one.
             self.violation = f64::INFINITY;
         }
@@ -139,7 +140,7 @@ impl<const D: usize> Multipliers<D> for Fences<D> {
     }
 
     fn is_settled(&self) -> bool {
-        self.violation <= ENOUGH * self.margin
+        self.violation <= FEASIBILITY_TOLERANCE * self.margin
     }
 
     fn is_given_up(&self) -> bool {

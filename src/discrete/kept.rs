@@ -1,17 +1,17 @@
-//! [`Kept`]: how a curve keeps its limits, in its report and in words.
+//! [`LimitsResult`]: how a curve keeps its limits, in its report and in words.
 
 use super::curve_limits::CurveLimits;
 use super::fair::Fair;
 use super::fences::{Limit, Worst};
 use super::limits::Region;
-use super::setup::Ready;
+use super::setup::PreparedCurve;
 use crate::batch::CurveBatch;
 use crate::linalg::scalar::{add, scale};
 use crate::report::{CurveReport, LimitReport};
 use crate::status::CurveStatus;
 
 /// How a curve keeps its limits.
-pub(super) struct Kept {
+pub(super) struct LimitsResult {
     pub report: LimitReport,
     /// The data point at or before the limit that it keeps the least.
     point: usize,
@@ -32,17 +32,17 @@ pub(super) enum Ending {
     Unsettled,
 }
 
-impl Kept {
+impl LimitsResult {
     /// How a curve at its base keeps its limits. `energies` are its own and that without limits.
     pub fn of<const D: usize>(
         fair: &Fair,
         batch: &CurveBatch,
-        ready: &Ready<D>,
+        ready: &PreparedCurve<D>,
         limits: &CurveLimits<D>,
         i: usize,
         [energy, free]: [f64; 2],
         ending: Ending,
-    ) -> Kept {
+    ) -> LimitsResult {
         let problem = &ready.problem;
         let worst = problem.worst(limits).expect("it has limits");
         let points = batch.points(i).as_chunks::<D>().0;
@@ -64,7 +64,7 @@ impl Kept {
             Ending::Kept => Default::default(),
             _ => words(fair, batch, ready, limits, &worst, ending),
         };
-        Kept { report, point, broken, remedy, ending }
+        LimitsResult { report, point, broken, remedy, ending }
     }
 
     /// Whether it keeps all of them.
@@ -90,7 +90,7 @@ impl Kept {
     /// Writes into the report of the curve how it keeps its limits.
     pub fn judge(&self, report: &mut CurveReport, batch: &CurveBatch, i: usize) {
         report.limits = Some(self.report);
-        let Kept { broken, remedy, .. } = self;
+        let LimitsResult { broken, remedy, .. } = self;
         let is_open = matches!(report.status, CurveStatus::Converged | CurveStatus::NotConverged);
         let (status, what) = match self.ending {
             Ending::GivenUp if is_open => (
@@ -124,7 +124,7 @@ fn seven_digits(x: f64) -> String {
 fn words<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,
-    ready: &Ready<D>,
+    ready: &PreparedCurve<D>,
     limits: &CurveLimits<D>,
     worst: &Worst,
     ending: Ending,

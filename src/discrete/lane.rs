@@ -7,7 +7,7 @@ use crate::linalg::{Real, Scalar};
 
 /// The state of a curve's descent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Standing {
+pub(crate) enum TerminationStatus {
     Running = 1,
     /// The norm of the gradient is at most the tolerance.
     Converged,
@@ -71,7 +71,7 @@ pub(super) enum Steps<N> {
 /// The numbers of one curve.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lane<N> {
-    pub standing: Standing,
+    pub termination: TerminationStatus,
     pub energy: N,
     /// The square of the gradient's norm.
     pub norm2: N,
@@ -97,7 +97,7 @@ impl<N: Real + Scalar> Lane<N> {
     pub(super) fn new(solver: Solver, bounds: &Bounds) -> Self {
         let (zero, infinite) = (N::of(0.0), N::of(f64::INFINITY));
         Lane {
-            standing: Standing::Running,
+            termination: TerminationStatus::Running,
             energy: zero,
             norm2: infinite,
             length: zero,
@@ -126,7 +126,7 @@ impl<N: Real + Scalar> Lane<N> {
             *stride = Stride::new(energy);
         }
         if !energy.is_finite() {
-            self.standing = Standing::Broken;
+            self.termination = TerminationStatus::Broken;
         }
         energy.is_finite()
     }
@@ -155,7 +155,7 @@ impl<N: Real + Scalar> Lane<N> {
     /// lane converges when the norm is small, or when Newton's steps contract so fast that it will
     /// be after this one. It takes the step too, if it can.
     pub(super) fn aim(&mut self, smallest: N, slope: N, alpha: N) -> bool {
-        if self.standing != Standing::Running {
+        if self.termination != TerminationStatus::Running {
             return false;
         }
         let lambda = self.lambda();
@@ -174,16 +174,16 @@ impl<N: Real + Scalar> Lane<N> {
             self.norm2 = if contracts { next } else { Scalar::max(square, N::of(0.0)) };
         }
         self.is_full = is_full;
-        self.standing = if is_sound && square <= least || contracts {
-            Standing::Converged
+        self.termination = if is_sound && square <= least || contracts {
+            TerminationStatus::Converged
         } else if self.length > self.longest && self.energy < self.start_energy {
-            Standing::Unbounded
+            TerminationStatus::Unbounded
         } else if self.iterations >= self.most_iterations {
-            Standing::Exhausted
+            TerminationStatus::Exhausted
         } else {
-            Standing::Running
+            TerminationStatus::Running
         };
-        matches!(self.standing, Standing::Running | Standing::Converged)
+        matches!(self.termination, TerminationStatus::Running | TerminationStatus::Converged)
     }
 
     /// Judges a trial along p.
@@ -200,14 +200,14 @@ impl<N: Real + Scalar> Lane<N> {
                 let leads_on = is_damped && self.since_best == 0 && self.tolerance <= N::of(ROUGH);
                 let contracted = !is_damped && -trial.slopes[0] > least;
                 let goes_on = verdict == Verdict::Accept && leads_on || verdict == Verdict::Again && contracted;
-                if goes_on && self.standing == Standing::Converged {
-                    self.standing = Standing::Running;
+                if goes_on && self.termination == TerminationStatus::Converged {
+                    self.termination = TerminationStatus::Running;
                 }
                 verdict
             }
         };
-        if verdict == Verdict::Fail && self.standing == Standing::Running {
-            self.standing = Standing::Stalled;
+        if verdict == Verdict::Fail && self.termination == TerminationStatus::Running {
+            self.termination = TerminationStatus::Stalled;
         }
         verdict
     }
@@ -215,9 +215,9 @@ impl<N: Real + Scalar> Lane<N> {
     /// Ends the lane after a step, if it makes no more progress or the gradient is no number.
     pub(super) fn took(&mut self, is_finite: bool) {
         if !is_finite {
-            self.standing = Standing::Broken;
-        } else if self.standing == Standing::Running && self.falls_short() {
-            self.standing = Standing::Stalled;
+            self.termination = TerminationStatus::Broken;
+        } else if self.termination == TerminationStatus::Running && self.falls_short() {
+            self.termination = TerminationStatus::Stalled;
         }
     }
 
@@ -254,30 +254,32 @@ mod tests {
     #[test]
     fn quadratic_contraction_ends_a_lane_whose_step_succeeds() {
         for (decrement, falls, wanted) in [
-            (1e-5, true, Standing::Converged),
-            (1e-5, false, Standing::Running),
+            (1e-5, true, TerminationStatus::Converged),
+            (1e-5, false, TerminationStatus::Running),
             // Linear convergence, and too large an error after the step.
-            (1e-3, true, Standing::Running),
-            (1e-9, false, Standing::Converged),
+            (1e-3, true, TerminationStatus::Running),
+            (1e-9, false, TerminationStatus::Converged),
         ] {
             let mut lane = lane(1e-8, 2e-3);
             assert!(lane.aim(1.0, -decrement * decrement, 1.0));
             lane.judge(&trial(-decrement * decrement, falls));
-            assert_eq!(lane.standing, wanted, "{decrement:e} {falls}");
+            assert_eq!(lane.termination, wanted, "{decrement:e} {falls}");
         }
     }
 
     #[test]
     fn a_damped_decrement_ends_no_lane_that_a_step_leads_on() {
-        for (tolerance, falls, wanted) in
-            [(1e-8, true, Standing::Running), (1e-8, false, Standing::Converged), (1e-2, true, Standing::Converged)]
-        {
+        for (tolerance, falls, wanted) in [
+            (1e-8, true, TerminationStatus::Running),
+            (1e-8, false, TerminationStatus::Converged),
+            (1e-2, true, TerminationStatus::Converged),
+        ] {
             let mut lane = lane(tolerance, 1.0);
             lane.steps = Steps::Newton(Damping { lambda: 1e-2 });
             let slope = -0.25 * tolerance * tolerance;
             assert!(lane.aim(1.0, slope, 1.0));
             lane.judge(&trial(slope, falls));
-            assert_eq!(lane.standing, wanted, "{tolerance:e} {falls}");
+            assert_eq!(lane.termination, wanted, "{tolerance:e} {falls}");
         }
     }
 }

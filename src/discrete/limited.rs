@@ -9,17 +9,17 @@
 //! Vertices could change their spacing to keep a limit, since |K| depends on it. A gauge of [`GAUGE`] times the weight
 //! does not let them.
 
-use super::apart::Parting;
 use super::area::Area;
 use super::curve_limits::CurveLimits;
 use super::disc::Discs;
-use super::fences::{FIRST, Fences};
-use super::kept::{Ending, Kept};
-use super::lane::Standing;
+use super::fences::{Fences, INITIAL_PENALTY};
+use super::kept::{Ending, LimitsResult};
+use super::lane::TerminationStatus;
 use super::multipliers::{Constrained, Multipliers, Schedule};
 use super::problem::Outcome;
 use super::queue::{CurveFit, Goal};
-use super::setup::Ready;
+use super::separation::SeparatingHalfPlane;
+use super::setup::PreparedCurve;
 use super::stretch::Stretch;
 use super::walls::Walls;
 use crate::linalg::scalar::add;
@@ -39,7 +39,7 @@ const LOOPS: f64 = 1.5;
 ///
 /// Between soft fences a curve passes over the low barrier that is between its own turn and a loop. Of 30 curves that did
 /// so, where an interior-point method finds one near, 28 keep their limits with the second.
-const FIRSTS: [f64; 2] = [FIRST, 1e3];
+const FIRSTS: [f64; 2] = [INITIAL_PENALTY, 1e3];
 
 /// The rounds between fences. The first has the largest tolerance.
 const SCHEDULE: Schedule = Schedule { roughly: 1e-2, of_violation: 0.05, rounds: 40, iterations: 25 };
@@ -70,7 +70,7 @@ impl<const D: usize> Limited<D> {
     fn new(
         curve: &CurveFit<'_, D>,
         limits: CurveLimits<D>,
-        mut ready: Ready<D>,
+        mut ready: PreparedCurve<D>,
         [energy, free]: [f64; 2],
         first: f64,
     ) -> Self {
@@ -118,33 +118,33 @@ impl<const D: usize> Limited<D> {
             _ => Ending::Unsettled,
         };
         if let (Ending::GivenUp, Some(outcome)) = (ending, &mut self.rounds.outcome) {
-            outcome.standing = Standing::Converged;
+            outcome.termination = TerminationStatus::Converged;
         }
         (self, ending)
     }
 }
 
-/// Goes on until a curve keeps its limits, and says how it does. `partings` are between it and its neighbours.
+/// Goes on until a curve keeps its limits, and says how it does. `separating` are between it and its neighbours.
 ///
 /// `None` stands for a curve that has no limits.
 pub(super) async fn keep<const D: usize>(
     curve: &CurveFit<'_, D>,
-    free: &Ready<D>,
+    free: &PreparedCurve<D>,
     outcome: &mut Outcome<D>,
-    partings: &[Parting],
+    separating: &[SeparatingHalfPlane],
     start: Start,
-) -> Option<Kept> {
+) -> Option<LimitsResult> {
     let CurveFit { fair, batch, i, .. } = *curve;
     let mut firsts = FIRSTS;
     if start == Start::WithinLimits {
         firsts.reverse();
     }
     // What came of the first go.
-    let mut before: Option<(Outcome<D>, Kept)> = None;
+    let mut before: Option<(Outcome<D>, LimitsResult)> = None;
     for first in firsts {
         let mut ready = free.clone();
-        let mut limits = CurveLimits::of(&fair.limits, batch, i, partings, &mut ready);
-        let has_converged = outcome.standing == Standing::Converged;
+        let mut limits = CurveLimits::of(&fair.limits, batch, i, separating, &mut ready);
+        let has_converged = outcome.termination == TerminationStatus::Converged;
         if has_converged {
             ready.problem.rebase(&outcome.displacements);
         }
@@ -152,7 +152,7 @@ pub(super) async fn keep<const D: usize>(
         let worst = ready.problem.worst(&limits)?;
         let mut energies = [outcome.energy; 2];
         if has_converged && worst.excess <= 0.0 {
-            return Some(Kept::of(fair, batch, &ready, &limits, i, energies, Ending::Kept));
+            return Some(LimitsResult::of(fair, batch, &ready, &limits, i, energies, Ending::Kept));
         }
         if !has_converged {
             // It starts from where the curve without limits did.
@@ -188,25 +188,25 @@ fn judged<const D: usize>(
     curve: &CurveFit<'_, D>,
     limited: Limited<D>,
     ending: Ending,
-    start: &Ready<D>,
+    start: &PreparedCurve<D>,
     free: &Outcome<D>,
     energy: f64,
-) -> ((Outcome<D>, Kept), bool) {
+) -> ((Outcome<D>, LimitsResult), bool) {
     let CurveFit { fair, batch, i, .. } = *curve;
     let Limited { fences: Fences { limits, .. }, rounds: Constrained { ready, outcome, .. }, .. } = limited;
     let outcome = outcome.expect("rounds have descended");
-    let kept = Kept::of(fair, batch, &ready, &limits, i, [outcome.energy, energy], ending);
+    let kept = LimitsResult::of(fair, batch, &ready, &limits, i, [outcome.energy, energy], ending);
     let mut without = start.clone();
     if limits.walls.is_some() {
         without.place();
     }
     without.problem.ways = ready.problem.ways;
     without.problem.rebase(&free.displacements);
-    let without = Kept::of(fair, batch, &without, &limits, i, [energy; 2], Ending::Loops);
+    let without = LimitsResult::of(fair, batch, &without, &limits, i, [energy; 2], Ending::Loops);
     // A way around a region may be as long as it likes.
     let has_no_regions = limits.walls.as_ref().is_none_or(Walls::has_sides_alone);
     let is_longer = has_no_regions && kept.report.stretch > LOOPS * without.report.stretch;
-    let is_good = ending != Ending::Unsettled && outcome.standing == Standing::Converged;
+    let is_good = ending != Ending::Unsettled && outcome.termination == TerminationStatus::Converged;
     let mut within = free.clone();
     within.go_on(outcome);
     // One that keeps to its side of neighbours must not go back across them.
@@ -222,29 +222,29 @@ fn judged<const D: usize>(
 pub(super) async fn keep_within<const D: usize>(
     curve: &CurveFit<'_, D>,
     discs: &mut Discs,
-    mut ready: Ready<D>,
+    mut ready: PreparedCurve<D>,
     outcome: &mut Outcome<D>,
-    partings: &[Parting],
-) -> (Ready<D>, Option<Kept>) {
+    separating: &[SeparatingHalfPlane],
+) -> (PreparedCurve<D>, Option<LimitsResult>) {
     let CurveFit { fair, batch, i, .. } = *curve;
-    let mut limits = CurveLimits::of(&fair.limits, batch, i, partings, &mut ready);
+    let mut limits = CurveLimits::of(&fair.limits, batch, i, separating, &mut ready);
     for (place, u) in ready.problem.places.iter_mut().zip(&outcome.displacements) {
         *place = add(*place, *u);
     }
     limits.measure(&ready.problem);
     let Some(worst) = ready.problem.worst(&limits) else { return (ready, None) };
-    let has_converged = outcome.standing == Standing::Converged && discs.is_settled();
+    let has_converged = outcome.termination == TerminationStatus::Converged && discs.is_settled();
     if has_converged && worst.excess <= 0.0 {
-        let kept = Kept::of(fair, batch, &ready, &limits, i, [outcome.energy; 2], Ending::Kept);
+        let kept = LimitsResult::of(fair, batch, &ready, &limits, i, [outcome.energy; 2], Ending::Kept);
         return (ready, Some(kept));
     }
     let free = if has_converged { outcome.energy } else { f64::NAN };
     let energy = if has_converged { free } else { ready.problem.energy_of_base(&fair.energy) };
-    let limited = Limited::new(curve, limits, ready, [energy, free], FIRST);
+    let limited = Limited::new(curve, limits, ready, [energy, free], INITIAL_PENALTY);
     let (limited, ending) = limited.descend(curve, Some(discs)).await;
     let Limited { fences, rounds: Constrained { ready, outcome: found, .. }, .. } = limited;
     let found = found.expect("rounds have descended");
-    let kept = Kept::of(fair, batch, &ready, &fences.limits, i, [found.energy, free], ending);
+    let kept = LimitsResult::of(fair, batch, &ready, &fences.limits, i, [found.energy, free], ending);
     outcome.go_on(found);
     (ready, Some(kept))
 }

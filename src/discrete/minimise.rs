@@ -3,8 +3,8 @@
 
 use super::problem::Outcome;
 use super::queue::{CurveFit, Goal};
-use super::setup::Ready;
-use super::{continuation, rough};
+use super::setup::PreparedCurve;
+use super::{continuation, fallback};
 
 /// Descends to a minimum near.
 ///
@@ -12,9 +12,9 @@ use super::{continuation, rough};
 /// and also curves whose edges are too fine for f32. Newton's method takes an iteration or two.
 pub(super) async fn minimise<const D: usize>(
     curve: &CurveFit<'_, D>,
-    mut ready: Ready<D>,
+    mut ready: PreparedCurve<D>,
     goal: Goal,
-) -> (Ready<D>, Outcome<D>) {
+) -> (PreparedCurve<D>, Outcome<D>) {
     let (tolerance, in_f32) = (ready.problem.tolerance, curve.queue.is_in_f32(goal));
     if in_f32 {
         ready.problem.tolerance = tolerance.max(ready.problem.rounding_in_f32(curve.energy(goal)));
@@ -22,7 +22,7 @@ pub(super) async fn minimise<const D: usize>(
     let mut outcome;
     (ready.problem, outcome) = match goal {
         Goal::Free if curve.stages().next().is_some() => Box::pin(continuation::descend(curve, ready.problem)).await,
-        _ => rough::descend(curve, ready.problem, goal).await,
+        _ => fallback::descend(curve, ready.problem, goal).await,
     };
     if in_f32 && curve.queue.may_finish_on_cpu() {
         if !ready.suits_f32() || outcome.is_short() {

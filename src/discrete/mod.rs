@@ -36,10 +36,10 @@
 //! | `lane`, `damped`, `descent` | descents side by side |
 //! | `problem`, `descent_gpu` | descents of many problems, on the CPU and on a GPU |
 //! | `queue` | what curves ask for |
-//! | `continuation`, `rough`, `minimise` | the way of a curve to a minimum |
-//! | `untangle`, `restarts` | minima that do not cross themselves, and the cheapest of several |
+//! | `continuation`, `fallback`, `minimise` | the way of a curve to a minimum |
+//! | `self_intersections`, `restarts` | minima that do not cross themselves, and the cheapest of several |
 //! | `multipliers`, `fences`, `walls`, `stretch`, `area`, `disc` | constraints |
-//! | `limited`, `deviation`, `apart` | curves within limits, near their points, apart from each other |
+//! | `limited`, `deviation`, `separation` | curves within limits, near their points, apart from each other |
 //! | `pieces`, `fit` | a batch from its options to its reports |
 //!
 //! The start comes from the spline module. It is the natural spline through the points. For a
@@ -55,8 +55,6 @@
 //!   (2005)
 //! - A. Linnér and R. J. Renka, *Discrete periodic geodesics in a surface*, Experimental Mathematics 14 (2005)
 
-mod angles;
-mod apart;
 mod area;
 mod block;
 mod check;
@@ -79,6 +77,7 @@ mod evaluate;
 mod evaluate_gpu;
 mod evaluation;
 mod fair;
+mod fallback;
 mod fences;
 mod fit;
 mod flat;
@@ -97,7 +96,8 @@ mod plan;
 mod problem;
 mod queue;
 mod restarts;
-mod rough;
+mod self_intersections;
+mod separation;
 mod setup;
 mod shortest;
 mod sobolev;
@@ -105,10 +105,10 @@ mod starts;
 mod stretch;
 mod stretches;
 mod tally;
+mod tangent_angles;
 mod tangent_planes;
 #[cfg(test)]
 mod tests;
-mod untangle;
 mod verdict;
 mod walls;
 mod within;

@@ -12,7 +12,7 @@
 use super::minimise::minimise;
 use super::problem::{Outcome, Problem};
 use super::queue::{CurveFit, Goal};
-use super::setup::Ready;
+use super::setup::PreparedCurve;
 
 /// The multipliers of constraints of one kind.
 pub(super) trait Multipliers<const D: usize> {
@@ -55,7 +55,7 @@ pub(super) struct Schedule {
 
 /// A curve between rounds.
 pub(super) struct Constrained<const D: usize> {
-    pub ready: Ready<D>,
+    pub ready: PreparedCurve<D>,
     /// All descents.
     pub outcome: Option<Outcome<D>>,
     pub rounds: u32,
@@ -67,7 +67,7 @@ pub(super) struct Constrained<const D: usize> {
 
 impl<const D: usize> Constrained<D> {
     /// A curve at its base, which the descents so far have led to.
-    pub fn new(ready: Ready<D>, outcome: Option<Outcome<D>>) -> Self {
+    pub fn new(ready: PreparedCurve<D>, outcome: Option<Outcome<D>>) -> Self {
         Constrained { ready, outcome, rounds: 0, may_go_on: true, is_done: false }
     }
 

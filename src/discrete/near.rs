@@ -8,7 +8,7 @@
 use super::curves::Vertices;
 use super::energy::Energy;
 use super::fair::{Fair, Pins};
-use super::setup::Ready;
+use super::setup::PreparedCurve;
 use super::verdict::deviation;
 use crate::Constraints;
 use crate::batch::CurveBatch;
@@ -87,7 +87,7 @@ impl Near {
 
 /// The report of a curve that stays the spline from which it would have started, and its vertices.
 pub(super) fn left_as_it_is<const D: usize>(
-    ready: Ready<D>,
+    ready: PreparedCurve<D>,
     attached: &Fair,
     batch: &CurveBatch,
     i: usize,

@@ -1,17 +1,17 @@
 //! Fits of curves without corners: every curve by its own strategy, then all those that may not cross.
 
-use super::apart::{Found, Parting, Partings, keep_apart};
 use super::curves::Fitted;
 use super::deviation::{InDiscs, within_discs};
 use super::energy::attachment;
 use super::fair::{Fair, Pins};
-use super::kept::Kept;
+use super::kept::LimitsResult;
 use super::limited::{Start, keep};
 use super::near::Near;
 use super::problem::Outcome;
 use super::queue::{CurveFit, Desk, Queue, Task};
 use super::restarts::{Descended, best};
-use super::setup::{Ready, set_up_from, set_up_pieces};
+use super::separation::{Found, SeparatingHalfPlane, SeparatingHalfPlanes, keep_apart};
+use super::setup::{PreparedCurve, set_up_from, set_up_pieces};
 use super::shortest;
 use super::tally::Tally;
 use crate::batch::{CurveBatch, Unfitted};
@@ -78,7 +78,7 @@ fn fit_all<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,
     pieces: &Pieces<'_>,
-    ready: Vec<std::result::Result<Ready<D>, Unfitted>>,
+    ready: Vec<std::result::Result<PreparedCurve<D>, Unfitted>>,
     allowed: &(dyn Fn(usize) -> Option<[f64; 2]> + Sync),
     device: &Device,
     tally: &Tally<'_>,
@@ -86,8 +86,8 @@ fn fit_all<const D: usize>(
     let keeps_apart = fair.limits.no_crossing;
     let in_f32 = device.as_gpu().is_some() && device.precision() != Precision::F64;
     let desks = Desk::of(batch.len());
-    let queue = Queue::new(fair, batch, &ready, &Partings::default(), device)?;
-    let task = |(i, ready): (usize, std::result::Result<Ready<D>, Unfitted>)| -> Task<'_, FittedCurve<D>> {
+    let queue = Queue::new(fair, batch, &ready, &SeparatingHalfPlanes::default(), device)?;
+    let task = |(i, ready): (usize, std::result::Result<PreparedCurve<D>, Unfitted>)| -> Task<'_, FittedCurve<D>> {
         let curve = CurveFit { fair, batch, i, kept: pieces.kept_of(i), queue: &queue, desk: &desks[i] };
         Box::pin(async move {
             let fitted = match ready {
@@ -111,14 +111,14 @@ fn fit_all<const D: usize>(
         starts.push(own.start);
     }
     if keeps_apart {
-        keep_apart(batch, &pieces.owners, &mut found, |curves, partings| {
-            let queue = Queue::new::<D>(fair, batch, &[], partings, device)?;
+        keep_apart(batch, &pieces.owners, &mut found, |curves, separating| {
+            let queue = Queue::new::<D>(fair, batch, &[], separating, device)?;
             let mut again: Vec<Task<'_, (usize, Found, bool)>> = Vec::new();
             for &i in curves {
                 let Some(start) = &starts[i] else { continue };
                 let desk = &desks[again.len()];
                 let curve = CurveFit { fair, batch, i, kept: pieces.kept_of(i), queue: &queue, desk };
-                again.push(Box::pin(fit_again(curve, start, partings.of(i))));
+                again.push(Box::pin(fit_again(curve, start, separating.of(i))));
             }
             let mut all = Vec::new();
             for (i, found, own) in queue.run(&desks, again)? {
@@ -141,7 +141,7 @@ fn fit_all<const D: usize>(
 /// Fits a curve without regard to others.
 async fn fit_one<const D: usize>(
     curve: CurveFit<'_, D>,
-    ready: Ready<D>,
+    ready: PreparedCurve<D>,
     allowed: Option<[f64; 2]>,
     in_f32: bool,
 ) -> FittedCurve<D> {
@@ -162,16 +162,16 @@ async fn fit_one<const D: usize>(
 async fn fit_again<const D: usize>(
     curve: CurveFit<'_, D>,
     start: &Restart<D>,
-    partings: &[Parting],
+    separating: &[SeparatingHalfPlane],
 ) -> (usize, Found, bool) {
     match start {
         Restart::Through(own) => {
             let mut outcome = own.free.clone().expect("a curve that may not cross others");
-            let kept = keep(&curve, &own.ready, &mut outcome, partings, Start::Free).await;
+            let kept = keep(&curve, &own.ready, &mut outcome, separating, Start::Free).await;
             (curve.i, reported(&curve, own, &outcome, kept.as_ref()), outcome.on_cpu)
         }
         Restart::Near(own) => {
-            let (found, on_cpu) = own.clone().kept(&curve, partings).await;
+            let (found, on_cpu) = own.clone().kept(&curve, separating).await;
             (curve.i, found, on_cpu)
         }
     }
@@ -182,7 +182,7 @@ fn reported<const D: usize>(
     curve: &CurveFit<'_, D>,
     own: &Descended<D>,
     outcome: &Outcome<D>,
-    kept: Option<&Kept>,
+    kept: Option<&LimitsResult>,
 ) -> Found {
     let CurveFit { fair, batch, i, .. } = *curve;
     let (mut report, vertices) = fair.report(batch, i, &own.ready, outcome);

@@ -8,7 +8,7 @@ use super::descent::Descent;
 use super::edges::Edges;
 use super::enclosed::Enclosing;
 use super::energy::{Energy, FENCE_KINDS, Fence, Functional, Hold, MOST_EDGES, WAYS, Wall};
-use super::lane::{Bounds, Standing};
+use super::lane::{Bounds, TerminationStatus};
 use super::newton::{Newton, Weights};
 use super::plan::{Plan, Solver};
 use super::within::{Local, Within};
@@ -111,7 +111,7 @@ impl<const D: usize> Attached<D> {
 pub(crate) struct Outcome<const D: usize> {
     /// Displacements of the vertices from the base.
     pub displacements: Vec<Vector<f64, D>>,
-    pub standing: Standing,
+    pub termination: TerminationStatus,
     /// The energy without the gauge.
     pub energy: f64,
     /// The decrement √(−g·p).
@@ -128,7 +128,7 @@ impl<const D: usize> Outcome<D> {
     pub fn moved(displacements: Vec<Vector<f64, D>>) -> Self {
         Outcome {
             displacements,
-            standing: Standing::Running,
+            termination: TerminationStatus::Running,
             energy: f64::NAN,
             norm: f64::NAN,
             iterations: 0,
@@ -149,17 +149,23 @@ impl<const D: usize> Outcome<D> {
 
     /// Whether another descent can start from this curve.
     pub fn leads_on(&self) -> bool {
-        matches!(self.standing, Standing::Converged | Standing::Exhausted | Standing::Stalled)
+        matches!(
+            self.termination,
+            TerminationStatus::Converged | TerminationStatus::Exhausted | TerminationStatus::Stalled
+        )
     }
 
     /// Whether the descent ended by rounding or by the number of iterations.
     pub fn is_short(&self) -> bool {
-        matches!(self.standing, Standing::Exhausted | Standing::Stalled)
+        matches!(self.termination, TerminationStatus::Exhausted | TerminationStatus::Stalled)
     }
 
     /// Whether the descent may go on by other means.
     pub fn is_open(&self) -> bool {
-        matches!(self.standing, Standing::Exhausted | Standing::Stalled | Standing::Unbounded)
+        matches!(
+            self.termination,
+            TerminationStatus::Exhausted | TerminationStatus::Stalled | TerminationStatus::Unbounded
+        )
     }
 
     /// Treats a stalled descent in f32 as converged if its gradient is within [`AT_REST`] tolerances.
@@ -167,8 +173,8 @@ impl<const D: usize> Outcome<D> {
     /// Of 1,800 curves with bending in an ellipsoid 14 came to rest above the tolerance, within 4e-7 of their size of the
     /// result in f64. 13 were within 16 tolerances.
     pub fn rest(&mut self, tolerance: f64) {
-        if self.standing == Standing::Stalled && self.norm <= AT_REST * tolerance {
-            self.standing = Standing::Converged;
+        if self.termination == TerminationStatus::Stalled && self.norm <= AT_REST * tolerance {
+            self.termination = TerminationStatus::Converged;
         }
     }
 }
@@ -378,7 +384,7 @@ fn outcomes<S: Scalar, const D: usize>(descent: &mut Descent<'_, S, D>, count: u
         let lane = &descent.lanes[l];
         Outcome {
             displacements: descent.displacements(l),
-            standing: lane.standing,
+            termination: lane.termination,
             energy: energy.lane(l).to_f64(),
             norm: lane.norm2.to_f64().sqrt(),
             iterations: lane.iterations,
@@ -481,6 +487,6 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
         descent.within = Some(Within::new(&surfaces, &descent.edges));
         descent.least_damping = each(&|problem| if problem.is_loose() { SLIDING } else { 0.0 });
     }
-    descent.lanes[members.len()..].iter_mut().for_each(|lane| lane.standing = Standing::Exhausted);
+    descent.lanes[members.len()..].iter_mut().for_each(|lane| lane.termination = TerminationStatus::Exhausted);
     descent
 }

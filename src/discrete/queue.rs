@@ -14,14 +14,14 @@ use std::pin::Pin;
 use std::sync::Mutex;
 use std::task::{Context, Poll, Waker};
 
-use super::apart::Partings;
 use super::curve_limits::fencing;
 use super::descent_gpu::descend_on_gpu;
 use super::energy::Energy;
 use super::fair::Fair;
 use super::plan::{Plan, Solver};
 use super::problem::{Outcome, Problem, descend_on_cpu};
-use super::setup::Ready;
+use super::separation::SeparatingHalfPlanes;
+use super::setup::PreparedCurve;
 use super::within::has_kernel;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::device::{Device, DeviceReport};
@@ -143,15 +143,15 @@ impl<'a> Queue<'a> {
     pub fn new<const D: usize>(
         fair: &Fair,
         batch: &CurveBatch,
-        ready: &[std::result::Result<Ready<D>, Unfitted>],
-        partings: &Partings,
+        ready: &[std::result::Result<PreparedCurve<D>, Unfitted>],
+        separating: &SeparatingHalfPlanes,
         device: &'a Device,
     ) -> Result<Self> {
-        let is_well_conditioned = ready.iter().flatten().all(Ready::suits_f32);
+        let is_well_conditioned = ready.iter().flatten().all(PreparedCurve::suits_f32);
         let descender = |energy: Energy| Descender::new(fair, energy, is_well_conditioned, device);
         let stages = fair.energy.stages().into_iter();
         let stages = stages.map(|bound| Ok((bound, descender(fair.energy.within(bound))?)));
-        let fencing = fencing::<D>(&fair.limits, batch, partings, fair.surface.is_some());
+        let fencing = fencing::<D>(&fair.limits, batch, separating, fair.surface.is_some());
         let limited = fencing.map(|fencing| descender(fair.energy.fenced(fencing)));
         let free = descender(fair.energy.clone())?;
         Ok(Queue { device, stages: stages.collect::<Result<_>>()?, limited: limited.transpose()?, free })

@@ -5,16 +5,16 @@
 
 use super::curves::{FairCurves, Vertices};
 use super::fair::{Fair, Segments};
-use super::kept::Kept;
-use super::lane::Standing;
+use super::kept::LimitsResult;
+use super::lane::TerminationStatus;
 use super::limited::{Start, keep};
 use super::minimise::minimise;
 use super::problem::Outcome;
 use super::queue::{CurveFit, Goal};
-use super::setup::{Ready, set_up_on};
+use super::self_intersections::{Untangled, message, untangle};
+use super::setup::{PreparedCurve, set_up_on};
 use super::shortest;
 use super::starts::set_up_at;
-use super::untangle::{Untangled, message, untangle};
 use crate::report::CurveSet;
 
 /// Starts at most. What a thousand do not find, more will not.
@@ -42,7 +42,7 @@ const COARSEST: usize = 8;
 
 /// A curve that has been descended, with its problem.
 pub(super) struct Descended<const D: usize> {
-    pub ready: Ready<D>,
+    pub ready: PreparedCurve<D>,
     pub outcome: Outcome<D>,
     untangled: Untangled,
     /// What it does otherwise because it crossed itself, in words; mostly nothing.
@@ -50,13 +50,13 @@ pub(super) struct Descended<const D: usize> {
     /// The part of the energy that further starts have saved, if there are any.
     pub gain: Option<f64>,
     /// How it keeps its limits, if it has any.
-    pub kept: Option<Kept>,
+    pub kept: Option<LimitsResult>,
     /// The curve without limits, if neighbours may not cross.
     pub free: Option<Outcome<D>>,
 }
 
 /// Descends a curve from the spline and from `fair.starts` − 1 other starts, each within its limits.
-pub(super) async fn best<const D: usize>(curve: &CurveFit<'_, D>, ready: Ready<D>) -> Descended<D> {
+pub(super) async fn best<const D: usize>(curve: &CurveFit<'_, D>, ready: PreparedCurve<D>) -> Descended<D> {
     let mut best = Descended::first(curve, ready).await;
     best.keep_limits(curve, Start::Free).await;
     best.start_from_shortest(curve).await;
@@ -75,14 +75,14 @@ pub(super) async fn best<const D: usize>(curve: &CurveFit<'_, D>, ready: Ready<D
 
 impl<const D: usize> Descended<D> {
     /// Descends a curve, and [untangles](untangle) it.
-    async fn new(curve: &CurveFit<'_, D>, ready: Ready<D>) -> Self {
+    async fn new(curve: &CurveFit<'_, D>, ready: PreparedCurve<D>) -> Self {
         let (mut ready, mut outcome) = minimise(curve, ready, Goal::Free).await;
         let untangled = untangle(curve, &mut ready, &mut outcome).await;
         Descended { ready, outcome, untangled, remedy: "", gain: None, kept: None, free: None }
     }
 
     /// Descends a curve from the spline.
-    async fn first(curve: &CurveFit<'_, D>, ready: Ready<D>) -> Self {
+    async fn first(curve: &CurveFit<'_, D>, ready: PreparedCurve<D>) -> Self {
         let mut first = Self::new(curve, ready).await;
         if first.untangled.may_cross && first.crosses() {
             Box::pin(first.redraw(curve)).await;
@@ -98,7 +98,7 @@ impl<const D: usize> Descended<D> {
     }
 
     fn has_converged(&self) -> bool {
-        self.outcome.standing == Standing::Converged
+        self.outcome.termination == TerminationStatus::Converged
     }
 
     /// Takes another descent of the curve. Iterations add up.
@@ -163,7 +163,7 @@ impl<const D: usize> Descended<D> {
 
     /// Whether the curve has a minimum that keeps its limits.
     fn is_good(&self) -> bool {
-        self.has_converged() && self.kept.as_ref().is_none_or(Kept::is_kept)
+        self.has_converged() && self.kept.as_ref().is_none_or(LimitsResult::is_kept)
     }
 
     /// Starts what does not keep its limits again, from the shortest curve of bounded curvature.

@@ -48,7 +48,7 @@ pub(super) const LONGEST: f64 = 5.0;
 
 /// A curve that can be descended.
 #[derive(Clone, Debug)]
-pub(crate) struct Ready<const D: usize> {
+pub(crate) struct PreparedCurve<const D: usize> {
     pub problem: Box<Problem<D>>,
     /// Base vertices in units of the input.
     ///
@@ -68,7 +68,10 @@ pub(crate) struct Ready<const D: usize> {
 
 /// [`set_up_pieces`] for whole curves.
 #[cfg(test)]
-pub(crate) fn set_up<const D: usize>(fair: &Fair, batch: &CurveBatch) -> Result<Vec<Result<Ready<D>, Unfitted>>> {
+pub(crate) fn set_up<const D: usize>(
+    fair: &Fair,
+    batch: &CurveBatch,
+) -> Result<Vec<Result<PreparedCurve<D>, Unfitted>>> {
     set_up_pieces(fair, batch, &[])
 }
 
@@ -80,7 +83,7 @@ pub(super) fn set_up_pieces<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,
     kept: &[[bool; 2]],
-) -> Result<Vec<Result<Ready<D>, Unfitted>>> {
+) -> Result<Vec<Result<PreparedCurve<D>, Unfitted>>> {
     set_up_from(fair, batch, kept, &|_| None)
 }
 
@@ -93,7 +96,7 @@ pub(super) fn set_up_from<const D: usize>(
     batch: &CurveBatch,
     kept: &[[bool; 2]],
     starts: Starts<'_>,
-) -> Result<Vec<Result<Ready<D>, Unfitted>>> {
+) -> Result<Vec<Result<PreparedCurve<D>, Unfitted>>> {
     let start = Natural { parametrisation: Parametrisation::ChordLength, ..Natural::default() };
     let halved = fair.surface.as_ref().and_then(|surface| Halved::of(batch, &**surface));
     let points = match &halved {
@@ -130,11 +133,11 @@ pub(super) fn set_up_on<const D: usize>(
     i: usize,
     kept: [bool; 2],
     start: &dyn Curve,
-) -> Result<Ready<D>, Unfitted> {
+) -> Result<PreparedCurve<D>, Unfitted> {
     ready(fair, batch, i, kept, start, true)
 }
 
-impl<const D: usize> Ready<D> {
+impl<const D: usize> PreparedCurve<D> {
     /// The vertices where a descent ended, in units of the input.
     pub fn vertices_of(&self, outcome: &Outcome<D>) -> Vec<Vector<f64, D>> {
         let place = |(vertex, u): (&Vector<f64, D>, &Vector<f64, D>)| add(*vertex, scale(self.size, *u));
@@ -196,7 +199,7 @@ fn ready<const D: usize>(
     kept: [bool; 2],
     curve: &dyn Curve,
     interpolates: bool,
-) -> Result<Ready<D>, Unfitted> {
+) -> Result<PreparedCurve<D>, Unfitted> {
     let closed = batch.is_closed(i);
     let points = batch.points(i).as_chunks::<D>().0;
     let (mut vertices, mut rows) = divide(curve, points, fair.segments, interpolates, fair.surface.as_deref());
@@ -329,7 +332,7 @@ fn ready<const D: usize>(
         most_iterations: fair.max_iterations,
     };
     let problem = Box::new(problem);
-    let mut ready = Ready { problem, vertices, rows, given, size, energy_unit };
+    let mut ready = PreparedCurve { problem, vertices, rows, given, size, energy_unit };
     if ready.problem.surface.is_some() {
         ready.place();
     }

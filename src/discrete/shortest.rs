@@ -15,7 +15,7 @@ use super::curves::{FairCurves, Fitted, Vertices};
 use super::energy::{Functional, length};
 use super::fair::{Fair, Segments};
 use super::limits::{Limits, Span};
-use super::setup::{Ready, set_up_pieces};
+use super::setup::{PreparedCurve, set_up_pieces};
 use super::starts::set_up_at;
 use super::tally::Tally;
 use crate::batch::{CurveBatch, Unfitted};
@@ -88,7 +88,7 @@ fn fit_one<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,
     i: usize,
-    ready: &Ready<D>,
+    ready: &PreparedCurve<D>,
 ) -> std::result::Result<(CurveReport, Vertices), Unfitted> {
     let points = batch.points(i).as_chunks::<D>().0;
     let spans = fair.limits.spans_of(batch, i, &ready.rows);
@@ -133,7 +133,7 @@ fn laid<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,
     i: usize,
-    ready: &Ready<D>,
+    ready: &PreparedCurve<D>,
     paths: &[Dubins],
 ) -> (Vertices, usize) {
     let points = batch.points(i).as_chunks::<D>().0;
@@ -180,7 +180,7 @@ pub(super) fn start<const D: usize>(fair: &Fair, batch: &CurveBatch, i: usize, k
 }
 
 /// The angle of the tangent given at a vertex.
-fn direction<const D: usize>(batch: &CurveBatch, i: usize, ready: &Ready<D>, row: usize) -> Option<f64> {
+fn direction<const D: usize>(batch: &CurveBatch, i: usize, ready: &PreparedCurve<D>, row: usize) -> Option<f64> {
     let tangents = batch.constraints().tangents.as_ref()?;
     let tangent = |k: usize| &tangents[(batch.offsets()[i] + k) * D..][..D];
     let is_here = |k: &usize| ready.rows[*k] as usize % ready.vertices.len() == row;

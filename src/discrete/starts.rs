@@ -5,7 +5,7 @@ use rand::rngs::ChaCha12Rng;
 use rand::{RngExt, SeedableRng};
 
 use super::fair::Fair;
-use super::setup::{Ready, set_up_on, set_up_pieces};
+use super::setup::{PreparedCurve, set_up_on, set_up_pieces};
 use crate::Unfitted;
 use crate::batch::CurveBatch;
 use crate::curve::{Curve, Jet, vector};
@@ -30,7 +30,7 @@ pub(super) fn set_up_at<const D: usize>(
     i: usize,
     kept: [bool; 2],
     start: u32,
-) -> Result<Ready<D>, Unfitted> {
+) -> Result<PreparedCurve<D>, Unfitted> {
     if start > 0 {
         return set_up_on(fair, batch, i, kept, &Hermite::start::<D>(batch, i, start, fair.seed));
     }

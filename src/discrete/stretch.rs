@@ -4,7 +4,7 @@
 //! Its length falls as w grows. The multiplier of the limit is the w at which it is L. It is sought by secants through
 //! the last two, of the length over ln w.
 
-use super::fences::{ENOUGH, MARGIN};
+use super::fences::{FEASIBILITY_TOLERANCE, MARGIN};
 use super::multipliers::Multipliers;
 use super::problem::Problem;
 
@@ -56,7 +56,7 @@ impl<const D: usize> Multipliers<D> for Stretch {
     }
 
     fn is_settled(&self) -> bool {
-        self.violation <= ENOUGH * MARGIN
+        self.violation <= FEASIBILITY_TOLERANCE * MARGIN
     }
 
     /// Whether no weight makes the curve short enough.

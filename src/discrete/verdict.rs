@@ -2,9 +2,9 @@
 
 use super::curves::Vertices;
 use super::fair::Fair;
-use super::lane::Standing;
+use super::lane::TerminationStatus;
 use super::problem::Outcome;
-use super::setup::{LONGEST, Ready, distance};
+use super::setup::{LONGEST, PreparedCurve, distance};
 use crate::batch::CurveBatch;
 use crate::linalg::scalar::Vector;
 use crate::report::CurveReport;
@@ -32,7 +32,7 @@ impl Fair {
         &self,
         batch: &CurveBatch,
         i: usize,
-        ready: &Ready<D>,
+        ready: &PreparedCurve<D>,
         outcome: &Outcome<D>,
     ) -> (CurveReport, Option<Vertices>) {
         let say = |what: String| Some(batch.sentence(i, 0, &what));
@@ -43,9 +43,9 @@ impl Fair {
                  curvature any more; ask for more segments a span"
             )
         };
-        let (status, message) = match outcome.standing {
-            Standing::Converged => (CurveStatus::Converged, None),
-            Standing::Unbounded => {
+        let (status, message) = match outcome.termination {
+            TerminationStatus::Converged => (CurveStatus::Converged, None),
+            TerminationStatus::Unbounded => {
                 let what = format!(
                     "its length passed {LONGEST} times that of its points' polygon after {iterations} iterations while its energy fell: \
                      this energy has no minimum here, and the curve stays as it is; add tautness to it, such as tautness=1"
@@ -53,13 +53,13 @@ impl Fair {
                 let report = CurveReport::unfitted(CurveStatus::Unbounded, batch.sentence(i, 0, &what));
                 return (CurveReport { iterations, ..report }, None);
             }
-            Standing::Broken => {
+            TerminationStatus::Broken => {
                 let what = "its energy is no number: neighbouring points are too close for its size, or it turns back on \
                             itself; remove points that almost coincide";
                 let report = CurveReport::unfitted(CurveStatus::Invalid, batch.sentence(i, 0, what));
                 return (report, None);
             }
-            Standing::Stalled => (
+            TerminationStatus::Stalled => (
                 CurveStatus::NotConverged,
                 say(format!(
                     "after {iterations} iterations no step leads further down, with a gradient of {norm:.1e} where {:.1e} was asked for: \
@@ -72,13 +72,13 @@ impl Fair {
                     }
                 )),
             ),
-            Standing::Folded => (CurveStatus::NotConverged, say(folded())),
-            Standing::Running => (
+            TerminationStatus::Folded => (CurveStatus::NotConverged, say(folded())),
+            TerminationStatus::Running => (
                 CurveStatus::NotConverged,
                 say("the device was lost before the curve was fitted: it is the spline it would have started from"
                     .into()),
             ),
-            Standing::Exhausted => (
+            TerminationStatus::Exhausted => (
                 CurveStatus::NotConverged,
                 say(format!(
                     "{iterations} iterations were not enough, with a gradient of {norm:.1e} where {:.1e} was asked for: {}",
@@ -98,7 +98,7 @@ impl Fair {
                  loops, and stays as it is; {}",
                 self.remedy()
             );
-            let what = if outcome.standing == Standing::Folded { folded() } else { what };
+            let what = if outcome.termination == TerminationStatus::Folded { folded() } else { what };
             let report = CurveReport::unfitted(status, batch.sentence(i, 0, &what));
             return (CurveReport { iterations, ..report }, None);
         }

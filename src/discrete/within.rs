@@ -150,7 +150,7 @@ impl<S: Scalar, const D: usize> Within<S, D> {
                 Functional::GeodesicBending(energy) => {
                     value += S::run(Add { within: self, energy, weight: *weight, edges });
                 }
-                Functional::GeodesicCurb(energy) => {
+                Functional::GeodesicMaxCurvature(energy) => {
                     value += S::run(Add { within: self, energy, weight: *weight, edges });
                 }
                 _ => {}
@@ -189,7 +189,7 @@ impl<S: Scalar, const D: usize> Within<S, D> {
             for j in 0..edges.windows::<2>() {
                 let own = match functional {
                     Functional::GeodesicBending(bending) => bending.value(&self.turn(edges, j)),
-                    Functional::GeodesicCurb(curb) => curb.value(&self.turn(edges, j)),
+                    Functional::GeodesicMaxCurvature(curb) => curb.value(&self.turn(edges, j)),
                     _ => break,
                 };
                 value += *weight * edges.starts::<2>(j) * own;
@@ -241,7 +241,7 @@ impl<S: Scalar, const D: usize> Within<S, D> {
                 Functional::GeodesicBending(energy) => {
                     S::run(AddBends { within, energy, system, bases, edges, weight, u });
                 }
-                Functional::GeodesicCurb(energy) => {
+                Functional::GeodesicMaxCurvature(energy) => {
                     S::run(AddBends { within, energy, system, bases, edges, weight, u })
                 }
                 _ => {}

@@ -81,9 +81,9 @@ fn gentle_curves_converge_in_tens_of_iterations() {
             for lane in &lanes {
                 println!(
                     "{solver:?} closed {closed} height {height} order {order} n {n}: {:?} {} {} {:e}",
-                    lane.standing, lane.iterations, lane.evaluations, lane.energy
+                    lane.termination, lane.iterations, lane.evaluations, lane.energy
                 );
-                assert_eq!(lane.standing, Standing::Converged);
+                assert_eq!(lane.termination, TerminationStatus::Converged);
                 assert!(lane.iterations <= most);
             }
         }

@@ -3,8 +3,8 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{DescentState, Job, STANDINGS, reach, side};
-use crate::discrete::lane::Standing;
+use super::{DescentState, Job, TERMINATIONS, reach, side};
+use crate::discrete::lane::TerminationStatus;
 use crate::discrete::problem::{Outcome, Problem};
 use crate::gpu::Downloaded;
 use crate::linalg::block_ring::scratch_numbers;
@@ -28,7 +28,7 @@ const WALL: usize = 5;
 const REPORTED: usize = GIVEN + 1;
 const NORM2: usize = GIVEN + 2;
 
-/// `STANDING_LEFT`: the host is to descend the curve.
+/// `TERMINATION_LEFT`: the host is to descend the curve.
 const LEFT: u32 = 7;
 
 /// Curves that a thread unpacks together.
@@ -235,7 +235,10 @@ impl<const D: usize> Job<'_, D> {
             let row = |row: usize| std::array::from_fn(|c| displacements[word(row, c)]);
             Outcome {
                 displacements: (0..self.run.problems[curves[slot]].vertices()).map(row).collect(),
-                standing: STANDINGS.into_iter().find(|own| *own as u32 == state.standing).unwrap_or(Standing::Broken),
+                termination: TERMINATIONS
+                    .into_iter()
+                    .find(|own| *own as u32 == state.termination)
+                    .unwrap_or(TerminationStatus::Broken),
                 energy: lane[REPORTED],
                 norm: lane[NORM2].sqrt(),
                 iterations: state.iterations,
@@ -244,6 +247,6 @@ impl<const D: usize> Job<'_, D> {
             }
         });
         curves.iter().zip(found).for_each(|(&i, outcome)| outcomes[i] = outcome);
-        (0..curves.len()).map(|slot| states[slot].standing == LEFT).collect()
+        (0..curves.len()).map(|slot| states[slot].termination == LEFT).collect()
     }
 }

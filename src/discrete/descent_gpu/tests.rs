@@ -79,15 +79,15 @@ fn compare<const D: usize>(gpu: &Gpu, precision: Precision, fair: &Fair, batch: 
     let mut agreement = Agreement { vertices: 0.0, energy: 0.0, most_iterations: 0, mean_evaluations: 0.0 };
     for (i, (wanted, found)) in wanted.iter().zip(&found).enumerate() {
         assert_eq!(
-            wanted.standing,
-            Standing::Converged,
+            wanted.termination,
+            TerminationStatus::Converged,
             "curve {i} of {} edges on the CPU: {} {}",
             exact[i].base.len(),
             wanted.norm,
             wanted.iterations
         );
         let numbers = (found.iterations, found.evaluations, found.norm, found.energy, wanted.energy, wanted.iterations);
-        assert_eq!(found.standing, Standing::Converged, "curve {i}, {precision:?}: {numbers:?}");
+        assert_eq!(found.termination, TerminationStatus::Converged, "curve {i}, {precision:?}: {numbers:?}");
         assert!(found.norm <= own[i].tolerance, "curve {i}: {numbers:?}");
         for (a, b) in wanted.displacements.iter().zip(&found.displacements) {
             (0..D).for_each(|c| agreement.vertices = agreement.vertices.max((a[c] - b[c]).abs()));
@@ -161,7 +161,11 @@ fn single_precision_takes_the_steps_of_its_twin() {
     let mut apart = 0;
     for (i, (problem, found)) in problems.iter().zip(&found).enumerate() {
         let twin = &descend::<f32, 2>(&plan, &functionals, &[problem], &mut None)[0];
-        assert_eq!((found.standing, twin.standing), (Standing::Converged, Standing::Converged), "curve {i}");
+        assert_eq!(
+            (found.termination, twin.termination),
+            (TerminationStatus::Converged, TerminationStatus::Converged),
+            "curve {i}"
+        );
         apart += found.iterations.abs_diff(twin.iterations);
         // Where the numbers of steps agree, only rounding is between the curves.
         if found.iterations == twin.iterations && found.evaluations == twin.evaluations {

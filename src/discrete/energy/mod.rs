@@ -66,7 +66,7 @@ macro_rules! energies {
             $($Own($own::$Own),)+
             Attachment,
             GeodesicBending(geodesic_bending::GeodesicBending),
-            GeodesicCurb(geodesic_curb::GeodesicCurb),
+            GeodesicMaxCurvature(geodesic_max_curvature::GeodesicMaxCurvature),
             Custom(Arc<Custom>),
         }
 
@@ -78,7 +78,7 @@ macro_rules! energies {
                     $(Functional::$Own(_) => stringify!($own),)+
                     Functional::Attachment => "attachment",
                     Functional::GeodesicBending(_) => "geodesic_bending",
-                    Functional::GeodesicCurb(_) => "geodesic_curb",
+                    Functional::GeodesicMaxCurvature(_) => "geodesic_max_curvature",
                     Functional::Custom(custom) => &custom.name,
                 }
             }
@@ -90,7 +90,7 @@ macro_rules! energies {
                     $(Functional::$Own(functional) => functional,)+
                     Functional::Attachment => &attachment::Attachment,
                     Functional::GeodesicBending(functional) => functional,
-                    Functional::GeodesicCurb(functional) => functional,
+                    Functional::GeodesicMaxCurvature(functional) => functional,
                     Functional::Custom(custom) => custom,
                 }
             }
@@ -103,7 +103,7 @@ macro_rules! energies {
                 match self {
                     $($(#[$when])? Functional::$Name(functional) => Some(visitor.visit(functional)),)+
                     $(Functional::$Own(functional) => Some(visitor.visit(functional)),)+
-                    Functional::Attachment | Functional::GeodesicBending(_) | Functional::GeodesicCurb(_) => None,
+                    Functional::Attachment | Functional::GeodesicBending(_) | Functional::GeodesicMaxCurvature(_) => None,
                     Functional::Custom(custom) => Some(custom::visit(custom.as_ref(), visitor)),
                 }
             }
@@ -120,7 +120,7 @@ energies! {
     torsion::Torsion,
     #[cfg(test)]
     toy::Toy;
-    hidden: curb::Curb, side::Side, ahead::Ahead, twist::Twist,
+    hidden: max_curvature::MaxCurvature, curvature_sign::CurvatureSign, monotone::Monotone, torsion_sign::TorsionSign,
 }
 
 mod attachment;
@@ -131,7 +131,7 @@ mod fence;
 mod formula;
 pub(super) mod gauge;
 mod geodesic_bending;
-pub(super) mod geodesic_curb;
+pub(super) mod geodesic_max_curvature;
 pub(super) mod in_surface;
 mod sum;
 mod wall;
@@ -150,7 +150,7 @@ pub use geodesic_bending::geodesic_bending;
 pub use sum::Energy;
 pub(crate) use tautness::of_spans;
 pub use torsion::TORSION_CURVATURE;
-pub(crate) use twist::volume;
+pub(crate) use torsion_sign::volume;
 pub(crate) use wall::Wall;
 
 use crate::linalg::Scalar;
@@ -307,7 +307,7 @@ impl Functional {
             }
         }
         match self {
-            Functional::GeodesicCurb(_) => Some(0),
+            Functional::GeodesicMaxCurvature(_) => Some(0),
             other => other.visit(Kind).flatten(),
         }
     }
@@ -338,7 +338,7 @@ impl Functional {
             }
         }
         match self {
-            Functional::GeodesicBending(_) | Functional::GeodesicCurb(_) => 2,
+            Functional::GeodesicBending(_) | Functional::GeodesicMaxCurvature(_) => 2,
             other => other.visit(Order).unwrap_or(0),
         }
     }

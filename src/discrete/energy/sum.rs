@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Mul};
 
-use super::ahead::Ahead;
+use super::monotone::Monotone;
 use super::{FENCE_KINDS, Fencing, Functional, WAYS};
 use crate::error::{Error, Result};
 
@@ -80,14 +80,14 @@ impl Energy {
 
     /// The same energy with fences and walls.
     pub(crate) fn fenced(&self, fencing: Fencing) -> Energy {
-        let way = |way: usize| Functional::Ahead(Ahead { direction: fencing.ways[way], way });
+        let way = |way: usize| Functional::Monotone(Monotone { direction: fencing.ways[way], way });
         let others = [
             match fencing.in_surface {
-                true => Functional::GeodesicCurb(Default::default()),
-                false => Functional::Curb(Default::default()),
+                true => Functional::GeodesicMaxCurvature(Default::default()),
+                false => Functional::MaxCurvature(Default::default()),
             },
-            Functional::Side(Default::default()),
-            Functional::Twist(Default::default()),
+            Functional::CurvatureSign(Default::default()),
+            Functional::TorsionSign(Default::default()),
         ];
         let fences = others.into_iter().chain((0..WAYS).map(way));
         let wanted = fences.zip(fencing.kinds).filter(|(_, wanted)| *wanted);

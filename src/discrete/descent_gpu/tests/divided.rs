@@ -12,8 +12,8 @@ use crate::gpu::reflect::assert_layout;
 
 pub(super) fn bits<const D: usize>(outcome: &Outcome<D>) -> (Vec<u64>, String) {
     let displacements = outcome.displacements.iter().flatten().map(|x| x.to_bits()).collect();
-    let Outcome { standing, energy, norm, iterations, evaluations, .. } = outcome;
-    (displacements, format!("{standing:?} {:x} {:x} {iterations} {evaluations}", energy.to_bits(), norm.to_bits()))
+    let Outcome { termination, energy, norm, iterations, evaluations, .. } = outcome;
+    (displacements, format!("{termination:?} {:x} {:x} {iterations} {evaluations}", energy.to_bits(), norm.to_bits()))
 }
 
 const SOLVERS: [Solver; 2] = [Solver::Sobolev, Solver::Newton];
@@ -104,7 +104,7 @@ fn a_curve_that_is_no_number_breaks_and_leaves_its_neighbours_bits() {
         let found = descend_on_gpu(&gpu, precision, &plan, &fair.energy, &refs(&spoilt), &|_, _| {}).unwrap();
         for i in 0..found.len() {
             if [nan, infinite, nothing].contains(&i) {
-                assert_eq!(found[i].standing, Standing::Broken, "{solver:?} {precision:?}, curve {i}");
+                assert_eq!(found[i].termination, TerminationStatus::Broken, "{solver:?} {precision:?}, curve {i}");
                 assert!(!found[i].energy.is_finite(), "{solver:?} {precision:?}, curve {i}");
                 assert!(
                     found[i].displacements.iter().flatten().all(|&x| x == 0.0),
@@ -131,10 +131,14 @@ fn what_the_iterations_or_the_length_end_is_said_as_by_the_cpu() {
         let fair = Fair { solver, ..fair };
         let (plan, problems) = (plan_of(&fair), problems::<2>(&fair, &batch));
         let wanted = &descend_on_cpu(&plan, &fair.energy, &refs(&problems), &|_, _| {})[0];
-        assert!([Standing::Unbounded, Standing::Exhausted].contains(&wanted.standing), "{:?}", wanted.standing);
+        assert!(
+            [TerminationStatus::Unbounded, TerminationStatus::Exhausted].contains(&wanted.termination),
+            "{:?}",
+            wanted.termination
+        );
         for precision in precisions(&gpu) {
             let found = &descend_on_gpu(&gpu, precision, &plan, &fair.energy, &refs(&problems), &|_, _| {}).unwrap()[0];
-            assert_eq!(found.standing, wanted.standing, "{} {solver:?} {precision:?}", fair.energy);
+            assert_eq!(found.termination, wanted.termination, "{} {solver:?} {precision:?}", fair.energy);
         }
     }
 }
@@ -171,7 +175,11 @@ fn curves_up_to_the_longest_for_a_thread_descend_there_and_longer_ones_on_the_ho
         let found = run.descend(&mut |count| on_device += count, &|_, _| {}).unwrap();
         assert_eq!(on_device, 2);
         for (i, (wanted, found)) in wanted.iter().zip(&found).enumerate() {
-            assert_eq!((wanted.standing, found.standing), (Standing::Converged, Standing::Converged), "curve {i}");
+            assert_eq!(
+                (wanted.termination, found.termination),
+                (TerminationStatus::Converged, TerminationStatus::Converged),
+                "curve {i}"
+            );
             let off = (wanted.energy - found.energy).abs() / wanted.energy;
             assert!(off < 1e-9, "curve {i} of {} edges: {off:e}", mixed[i].base.len());
         }
@@ -185,7 +193,9 @@ fn energies_of_order_3_are_descended_by_the_host() {
     let (plan, problems) = (plan_of(&fair), problems::<2>(&fair, &batch::<2>(&[4, 5], |i| i == 1, 71)));
     let wanted = descend_on_cpu(&plan, &fair.energy, &refs(&problems), &|_, _| {});
     let found = descend_on_gpu(&gpu, Precision::F32, &plan, &fair.energy, &refs(&problems), &|_, _| {}).unwrap();
-    assert!(wanted.iter().zip(&found).all(|(a, b)| bits(a) == bits(b) && a.standing == Standing::Converged));
+    assert!(
+        wanted.iter().zip(&found).all(|(a, b)| bits(a) == bits(b) && a.termination == TerminationStatus::Converged)
+    );
 }
 
 #[test]
@@ -216,7 +226,7 @@ fn what_was_finished_before_the_device_was_lost_is_kept() {
         })
         .unwrap();
     let kept = whole.iter().zip(&found).filter(|(a, b)| bits(a) == bits(b)).count();
-    let lost: Vec<_> = found.iter().filter(|outcome| outcome.standing == Standing::Running).collect();
+    let lost: Vec<_> = found.iter().filter(|outcome| outcome.termination == TerminationStatus::Running).collect();
     assert_eq!((kept, lost.len()), (GROUP, problems.len() - GROUP));
     assert!(lost.iter().all(|outcome| outcome.displacements.iter().flatten().all(|&x| x == 0.0)));
     let error = run.descend(&mut |_| {}, &|_, _| {}).unwrap_err();
@@ -246,7 +256,7 @@ fn curves_too_long_for_a_thread_descend_with_lanes() {
         let found = found.descend(&mut |more| ended += more, &|_, _| {}).unwrap();
         assert_eq!(ended, 2, "on the device");
         for (wanted, found) in wanted.iter().zip(&found) {
-            assert_eq!((found.standing, found.iterations), (wanted.standing, wanted.iterations));
+            assert_eq!((found.termination, found.iterations), (wanted.termination, wanted.iterations));
             let pairs = wanted.displacements.iter().flatten().zip(found.displacements.iter().flatten());
             let apart = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
             assert!(apart < 1e-7, "{apart:e}");
@@ -271,5 +281,5 @@ fn structs_are_those_of_the_kernel() {
     assert_layout!(key, DescentParams { tasks, numbers, ticks, lanes });
     assert_layout!(key, DescentTask { slot, ticks });
     assert_layout!(key, DescentCurve { fixed_start, displacement_start, work_start, stride, segments, closed });
-    assert_layout!(key, DescentState { standing, iterations, evaluations, flags, since_best, most_iterations });
+    assert_layout!(key, DescentState { termination, iterations, evaluations, flags, since_best, most_iterations });
 }

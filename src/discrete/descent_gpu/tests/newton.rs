@@ -40,8 +40,8 @@ fn compared<const D: usize>(
         let name =
             format!("{} {precision:?} {lanes} lanes, curve {i} of {} edges", fair.energy, problems[i].base.len());
         assert_eq!(
-            (wanted.standing, found.standing),
-            (Standing::Converged, Standing::Converged),
+            (wanted.termination, found.termination),
+            (TerminationStatus::Converged, TerminationStatus::Converged),
             "{name} {} {}",
             found.iterations,
             found.norm
@@ -216,10 +216,14 @@ fn curves_that_fold_or_run_away_end_as_on_the_cpu_and_leave_their_neighbours_bit
     given[2].base[9] = given[2].base[8].map(|x| -x);
     given.iter_mut().for_each(|problem| problem.tolerance = 1e-4);
     let wanted = descend_on_cpu(&plan, &fair.energy, &refs(&given), &|_, _| {});
-    assert_eq!((wanted[0].standing, wanted[1].standing), (Standing::Converged, Standing::Unbounded));
+    assert_eq!(
+        (wanted[0].termination, wanted[1].termination),
+        (TerminationStatus::Converged, TerminationStatus::Unbounded)
+    );
     for (precision, lanes) in ways(&gpu, &[1, 8]) {
         let found = with_lanes(&gpu, precision, lanes, &plan, &fair.energy, &given);
-        let standings = |outcomes: &[Outcome<2>]| outcomes.iter().map(|outcome| outcome.standing).collect::<Vec<_>>();
+        let standings =
+            |outcomes: &[Outcome<2>]| outcomes.iter().map(|outcome| outcome.termination).collect::<Vec<_>>();
         assert_eq!(standings(&found), standings(&wanted), "{precision:?}");
         for i in [0, 3] {
             let alone = &with_lanes(&gpu, precision, lanes, &plan, &fair.energy, &given[i..=i])[0];
@@ -272,7 +276,13 @@ fn where_rounding_leaves_no_way_down_a_curve_stalls() {
         outcomes.push(descend_on_gpu(&gpu, precision, &plan, &fair.energy, &refs(&problems), &|_, _| {}).unwrap());
     }
     for (i, outcome) in outcomes.iter().flatten().enumerate() {
-        assert_eq!(outcome.standing, Standing::Stalled, "outcome {i} of {}: {}", outcomes.len(), outcome.norm);
+        assert_eq!(
+            outcome.termination,
+            TerminationStatus::Stalled,
+            "outcome {i} of {}: {}",
+            outcomes.len(),
+            outcome.norm
+        );
     }
 }
 
@@ -287,7 +297,7 @@ fn terms_that_couple_more_vertices_than_l_are_left_to_the_cpu() {
     let found = descend_on_gpu(&gpu, Precision::F32, &plan, &fair.energy, &refs(&problems), &|_, _| {}).unwrap();
     let wanted = descend_on_cpu(&plan, &fair.energy, &refs(&problems), &|_, _| {});
     for (found, wanted) in found.iter().zip(&wanted) {
-        assert_eq!(found.standing, Standing::Converged);
+        assert_eq!(found.termination, TerminationStatus::Converged);
         assert_eq!(found.displacements, wanted.displacements);
     }
 }

@@ -1,20 +1,20 @@
-// The curb of curves in surfaces: a fence of the geodesic curvature |m|/Δa. Twin: src/discrete/energy/geodesic_curb.rs.
+// The curb of curves in surfaces: a fence of the geodesic curvature |m|/Δa. Twin: src/discrete/energy/geodesic_max_curvature.rs.
 //:once include discrete/energy/fence.wgsl
 //:once include discrete/energy/in_surface.wgsl
 
 // |m|, at least the rounding of tangents, so that it can divide.
-fn geodesic_curb_turn(bend: Bend) -> real {
+fn geodesic_max_curvature_turn(bend: Bend) -> real {
     return max(real($ROUNDING), sqrt(bend.square));
 }
 
-fn geodesic_curb_value(w: Window) -> real {
+fn geodesic_max_curvature_value(w: Window) -> real {
     let bend = bend_of(w);
-    return fence_value(w.fence$FENCE, geodesic_curb_turn(bend) / bend.measure);
+    return fence_value(w.fence$FENCE, geodesic_max_curvature_turn(bend) / bend.measure);
 }
 
-fn geodesic_curb_gradient(w: Window) -> Partials {
+fn geodesic_max_curvature_gradient(w: Window) -> Partials {
     let bend = bend_of(w);
-    let turn = geodesic_curb_turn(bend);
+    let turn = geodesic_max_curvature_turn(bend);
     let curvature = turn / bend.measure;
     let by_curvature = w.fence$FENCE.stiffness * fence_beyond(w.fence$FENCE, curvature) * w.fence$FENCE.slope;
     var first = BendFirst();
@@ -24,9 +24,9 @@ fn geodesic_curb_gradient(w: Window) -> Partials {
     return bend_gradient(bend, first);
 }
 
-fn geodesic_curb_hessian(w: Window) -> SecondPartials {
+fn geodesic_max_curvature_hessian(w: Window) -> SecondPartials {
     let bend = bend_of(w);
-    let turn = geodesic_curb_turn(bend);
+    let turn = geodesic_max_curvature_turn(bend);
     let curvature = turn / bend.measure;
     let beyond = fence_beyond(w.fence$FENCE, curvature);
     let by_curvature = w.fence$FENCE.stiffness * beyond * w.fence$FENCE.slope;

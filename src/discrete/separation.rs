@@ -34,7 +34,7 @@ const SHARE: f64 = 0.45;
 
 /// A half-plane that one vertex keeps within: axis·(f − foot) ≤ 0, in units of the input.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Parting {
+pub(super) struct SeparatingHalfPlane {
     pub row: usize,
     pub foot: [f64; 2],
     /// Of length 1, towards the neighbour.
@@ -45,10 +45,10 @@ pub(super) struct Parting {
     pub neighbour: usize,
 }
 
-impl Parting {
+impl SeparatingHalfPlane {
     /// An order in which those of a curve are the same however the curves of the batch are numbered.
     fn by_place(&self, other: &Self) -> Ordering {
-        let numbers = |parting: &Self| [parting.foot, parting.axis];
+        let numbers = |half_plane: &Self| [half_plane.foot, half_plane.axis];
         let (own, others) = (numbers(self), numbers(other));
         let places = own.as_flattened().iter().zip(others.as_flattened());
         places.fold(self.row.cmp(&other.row), |order, (a, b)| order.then(a.total_cmp(b)))
@@ -57,18 +57,20 @@ impl Parting {
 
 /// The half-planes of every curve that has any.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Partings(BTreeMap<usize, Vec<Parting>>);
+pub(super) struct SeparatingHalfPlanes(BTreeMap<usize, Vec<SeparatingHalfPlane>>);
 
-impl Partings {
+impl SeparatingHalfPlanes {
     /// Those of a curve.
-    pub fn of(&self, i: usize) -> &[Parting] {
+    pub fn of(&self, i: usize) -> &[SeparatingHalfPlane] {
         self.0.get(&i).map_or(&[], Vec::as_slice)
     }
 
     /// The most half-planes of a vertex.
     pub fn most_at_a_vertex(&self) -> usize {
         // They are in the order of vertices.
-        let of_curve = |own: &Vec<Parting>| own.chunk_by(|a, b| a.row == b.row).map(<[Parting]>::len).max();
+        let of_curve = |own: &Vec<SeparatingHalfPlane>| {
+            own.chunk_by(|a, b| a.row == b.row).map(<[SeparatingHalfPlane]>::len).max()
+        };
         self.0.values().filter_map(of_curve).max().unwrap_or(0)
     }
 }
@@ -83,22 +85,22 @@ pub(super) fn keep_apart(
     batch: &CurveBatch,
     owners: &[usize],
     found: &mut [Found],
-    mut again: impl FnMut(&[usize], &Partings) -> Result<Vec<Found>>,
+    mut again: impl FnMut(&[usize], &SeparatingHalfPlanes) -> Result<Vec<Found>>,
 ) -> Result<()> {
     let mut courses: Vec<Course> = (0..found.len()).map(|i| Course::of(batch, i, found[i].1.as_ref())).collect();
     let apart = Apart { owners, touching: touching(batch, owners) };
-    let mut partings = Partings::default();
+    let mut separating = SeparatingHalfPlanes::default();
     let mut crossing = apart.crossings(&courses, |_| true);
     for _ in 0..MOST_ROUNDS {
         if crossing.is_empty() {
             break;
         }
         let pairs = apart.references(&mut courses, &crossing);
-        let curves = apart.part(&courses, &pairs, &mut partings);
+        let curves = apart.part(&courses, &pairs, &mut separating);
         if curves.is_empty() {
             break;
         }
-        for (&i, fitted) in curves.iter().zip(again(&curves, &partings)?) {
+        for (&i, fitted) in curves.iter().zip(again(&curves, &separating)?) {
             found[i] = fitted;
             let reference = std::mem::take(&mut courses[i].reference);
             courses[i] = Course::of(batch, i, found[i].1.as_ref());
@@ -111,7 +113,7 @@ pub(super) fn keep_apart(
         crossing.retain(|[a, b]| !is_new(a.0) && !is_new(b.0));
         crossing.extend(apart.crossings(&courses, is_new));
     }
-    apart.report(batch, &courses, &partings, &crossing, found);
+    apart.report(batch, &courses, &separating, &crossing, found);
     Ok(())
 }
 
@@ -202,7 +204,7 @@ impl Apart<'_> {
     }
 
     /// Adds half-planes between the references at these spans and those beside them. Returns the curves that have new ones.
-    fn part(&self, courses: &[Course], pairs: &BTreeSet<Spans>, partings: &mut Partings) -> Vec<usize> {
+    fn part(&self, courses: &[Course], pairs: &BTreeSet<Spans>, separating: &mut SeparatingHalfPlanes) -> Vec<usize> {
         // The spans of the neighbours of every span.
         let mut across: BTreeMap<(usize, usize), BTreeSet<(usize, usize)>> = BTreeMap::new();
         for &[(a, s), (b, t)] in pairs {
@@ -232,16 +234,16 @@ impl Apart<'_> {
                     }
                     let [foot, axis] = [own + SHARE * way, way / gap].map(|v| [v.x, v.y]);
                     let rows = [edge, (edge + 1) % courses[i].points.len()];
-                    let both = rows.map(|row| Parting { row, foot, axis, gap, neighbour });
-                    partings.0.entry(i).or_default().extend(both);
+                    let both = rows.map(|row| SeparatingHalfPlane { row, foot, axis, gap, neighbour });
+                    separating.0.entry(i).or_default().extend(both);
                 }
             }
             curves.push(i);
         }
         curves.dedup();
         for i in &curves {
-            let own = partings.0.entry(*i).or_default();
-            sort::by(own, Parting::by_place);
+            let own = separating.0.entry(*i).or_default();
+            sort::by(own, SeparatingHalfPlane::by_place);
             // Two edges may have theirs from the vertex between them.
             own.dedup_by(|a, b| a.by_place(b).is_eq());
         }
@@ -253,7 +255,7 @@ impl Apart<'_> {
         &self,
         batch: &CurveBatch,
         courses: &[Course],
-        partings: &Partings,
+        separating: &SeparatingHalfPlanes,
         crossing: &[[Place; 2]],
         found: &mut [Found],
     ) {
@@ -270,7 +272,8 @@ impl Apart<'_> {
         }
         let fitted = found.iter_mut().enumerate().filter(|(_, (_, vertices))| vertices.is_some());
         for (i, (report, _)) in fitted {
-            let mut apart: Vec<usize> = partings.of(i).iter().map(|parting| self.owner(parting.neighbour)).collect();
+            let mut apart: Vec<usize> =
+                separating.of(i).iter().map(|half_plane| self.owner(half_plane.neighbour)).collect();
             apart.sort_unstable();
             apart.dedup();
             let (neighbours, touching) = (apart.len(), touched.get(&i).map_or(0, Vec::len));

@@ -5,7 +5,7 @@ use rand::{RngExt, SeedableRng};
 
 use super::shape::Curve;
 use super::*;
-use crate::discrete::lane::Standing;
+use crate::discrete::lane::TerminationStatus;
 use crate::discrete::setup::set_up;
 use crate::discrete::{Fair, Segments, bending, length, plan, tautness, tension, variation};
 use crate::linalg::skyline::Skyline;
@@ -180,7 +180,7 @@ fn where_newton_at_the_vertices_converges_angles_lead_to_the_same_energies() {
             let mut there = problem.clone();
             there.rebase(&found.displacements);
             let after = of(&there);
-            if [&vertices, &after].iter().all(|outcome| outcome.standing == Standing::Converged) {
+            if [&vertices, &after].iter().all(|outcome| outcome.termination == TerminationStatus::Converged) {
                 both += 1;
                 same += usize::from((after.energy / vertices.energy - 1.0).abs() < 1e-9);
             }

@@ -1,4 +1,4 @@
-//! Ahead: a [fence](super::fence) of the way that an edge goes along a direction, which keeps a curve from going back.
+//! Monotone: a [fence](super::fence) of the way that an edge goes along a direction, which keeps a curve from going back.
 
 // Loops over coordinates by index match the formulas.
 #![allow(clippy::needless_range_loop)]
@@ -14,14 +14,14 @@ use crate::sort;
 ///
 /// For a curve that goes on along n it has β < 0, and β > 0 for one that goes against it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Ahead {
+pub(crate) struct Monotone {
     /// n, whose last coordinate does not count in the plane.
     pub direction: [f64; 3],
     /// The number of the way.
     pub way: usize,
 }
 
-impl Facts for Ahead {
+impl Facts for Monotone {
     fn degree(&self) -> f64 {
         0.0
     }
@@ -32,7 +32,7 @@ impl Facts for Ahead {
     }
 }
 
-impl Ahead {
+impl Monotone {
     /// a and its partial derivatives.
     #[inline(always)]
     fn way<S: Scalar, const D: usize>(&self, window: &Window<S, D, 1>) -> Partials<S, D, 1> {
@@ -45,7 +45,7 @@ impl Ahead {
     }
 }
 
-impl Term<1> for Ahead {
+impl Term<1> for Monotone {
     #[inline(always)]
     fn fence(&self) -> Option<usize> {
         Some(FIRST_WAY + self.way)

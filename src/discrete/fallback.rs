@@ -1,11 +1,11 @@
-//! Fallback of curves of least variation: descents at the vertices first, and by [`angles`](super::angles) where those lead
+//! Fallback of curves of least variation: descents at the vertices first, and by [`tangent_angles`](super::tangent_angles) where those lead
 //! nowhere.
 
-use super::angles::{Angles, Ending, Found};
 use super::energy::Functional;
-use super::lane::Standing;
+use super::lane::TerminationStatus;
 use super::problem::{Outcome, Problem};
 use super::queue::{CurveFit, Goal};
+use super::tangent_angles::{Angles, Ending, Found};
 
 /// The most iterations at the vertices before angles are tried, unless the gradient is small by then.
 const FIRST: u32 = 6;
@@ -34,7 +34,7 @@ const VERDICT: u32 = 60;
 
 /// Descends a curve at its vertices, or by angles if it may and does not converge.
 ///
-/// What ends at a polygon that folds is [`Standing::Folded`].
+/// What ends at a polygon that folds is [`TerminationStatus::Folded`].
 pub(super) async fn descend<const D: usize>(
     curve: &CurveFit<'_, D>,
     problem: Box<Problem<D>>,
@@ -49,7 +49,7 @@ pub(super) async fn descend<const D: usize>(
         }
     };
     if (Rough { curve, problem: &problem, goal }).is_folded(&outcome) {
-        outcome.standing = Standing::Folded;
+        outcome.termination = TerminationStatus::Folded;
     }
     (problem, outcome)
 }
@@ -59,7 +59,7 @@ async fn descend_either_way<const D: usize>(rough: &Rough<'_, D>, angles: Angles
     let longest = problem.longest.min(ROOM * angles.chord());
     let first = Problem { longest, most_iterations: FIRST.min(most), ..problem.clone() };
     let (_, mut tried) = rough.curve.descend(Box::new(first), rough.goal).await;
-    if tried.standing == Standing::Exhausted && tried.norm < SMALL {
+    if tried.termination == TerminationStatus::Exhausted && tried.norm < SMALL {
         rough.go_on(&mut tried, SECOND.min(most).saturating_sub(FIRST)).await;
     }
     if !tried.is_open() && !rough.is_folded(&tried) {
@@ -74,16 +74,16 @@ async fn descend_either_way<const D: usize>(rough: &Rough<'_, D>, angles: Angles
         let most = left.min(VERDICT.saturating_sub(outcome.iterations));
         rough.go_on(&mut outcome, most).await;
         if outcome.is_open() {
-            outcome.standing = Standing::Unbounded;
+            outcome.termination = TerminationStatus::Unbounded;
         }
         return outcome;
     }
     rough.go_on(&mut outcome, if ending == Ending::Found { LAST } else { left }).await;
-    if outcome.standing == Standing::Exhausted && outcome.iterations < most {
+    if outcome.termination == TerminationStatus::Exhausted && outcome.iterations < most {
         let left = most - outcome.iterations;
         rough.go_on(&mut outcome, left).await;
     }
-    if ending == Ending::Found && outcome.standing == Standing::Stalled && !rough.is_folded(&outcome) {
+    if ending == Ending::Found && outcome.termination == TerminationStatus::Stalled && !rough.is_folded(&outcome) {
         rough.go_on_regauged(&mut outcome).await;
     }
     outcome
@@ -101,7 +101,7 @@ impl<const D: usize> Rough<'_, D> {
     fn is_folded(&self, outcome: &Outcome<D>) -> bool {
         let varies =
             |(weight, functional): &(f64, Functional)| *weight > 0.0 && matches!(functional, Functional::Variation(_));
-        matches!(outcome.standing, Standing::Converged | Standing::Stalled)
+        matches!(outcome.termination, TerminationStatus::Converged | TerminationStatus::Stalled)
             && self.curve.energy(self.goal).terms().iter().any(varies)
             && self.problem.folds(&outcome.displacements)
     }
@@ -136,9 +136,10 @@ impl<const D: usize> Outcome<D> {
     fn and_then(self, found: Option<Found<D>>) -> (Outcome<D>, Ending) {
         let Some(found) = found else { return (self, Ending::Failed) };
         let (iterations, evaluations) = (self.iterations + found.iterations, self.evaluations + found.trials);
-        let standing = if found.ending == Ending::Unbounded { Standing::Unbounded } else { self.standing };
+        let termination =
+            if found.ending == Ending::Unbounded { TerminationStatus::Unbounded } else { self.termination };
         let displacements = if found.ending == Ending::Found { found.displacements } else { self.displacements };
-        (Outcome { displacements, standing, iterations, evaluations, on_cpu: true, ..self }, found.ending)
+        (Outcome { displacements, termination, iterations, evaluations, on_cpu: true, ..self }, found.ending)
     }
 }
 

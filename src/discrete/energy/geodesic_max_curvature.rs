@@ -9,11 +9,11 @@ use super::wgsl::literal;
 use crate::linalg::{Real, Scalar};
 use crate::sort;
 
-/// The [fence](super::fence) of the geodesic curvature |m|/Δa, as [`Curb`](super::curb::Curb) is that of |K|.
+/// The [fence](super::fence) of the geodesic curvature |m|/Δa, as [`MaxCurvature`](super::max_curvature::MaxCurvature) is that of |K|.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct GeodesicCurb;
+pub(crate) struct GeodesicMaxCurvature;
 
-impl Facts for GeodesicCurb {
+impl Facts for GeodesicMaxCurvature {
     fn degree(&self) -> f64 {
         0.0
     }
@@ -23,7 +23,7 @@ impl Facts for GeodesicCurb {
     }
 }
 
-impl GeodesicCurb {
+impl GeodesicMaxCurvature {
     /// |m|, at least the rounding of tangents, so that it can divide; and |m|/Δa.
     #[inline(always)]
     fn curvature<S: Scalar>(parts: &Parts<S>) -> (S, S) {
@@ -34,7 +34,7 @@ impl GeodesicCurb {
     }
 }
 
-impl InSurface for GeodesicCurb {
+impl InSurface for GeodesicMaxCurvature {
     #[inline(always)]
     fn value_of<S: Scalar>(&self, parts: &Parts<S>, fence: &Fence<S>) -> S {
         fence.value(Self::curvature(parts).1)

@@ -12,9 +12,9 @@ use crate::sort;
 ///
 /// For a largest curvature κ it has β = 1/κ. A regular polygon in a circle of radius R has |K| = 1/R.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Curb;
+pub(crate) struct MaxCurvature;
 
-impl Facts for Curb {
+impl Facts for MaxCurvature {
     fn degree(&self) -> f64 {
         0.0
     }
@@ -44,7 +44,7 @@ fn curvature<S: Scalar, const D: usize>(window: &Window<S, D, 2>) -> Partials<S,
     Partials { value, tangent: [scale(-S::ONE, by_tangent), by_tangent], length: [by_length, by_length] }
 }
 
-impl Term<2> for Curb {
+impl Term<2> for MaxCurvature {
     #[inline(always)]
     fn fence(&self) -> Option<usize> {
         Some(0)

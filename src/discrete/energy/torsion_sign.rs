@@ -12,9 +12,9 @@ use crate::linalg::scalar::dot;
 /// It has the sign of the torsion: κ²τh³ for edges of length h. For a curve that twists as a right-handed screw it has
 /// β < 0, and β > 0 for one that twists as a left-handed screw. Planar curves have none.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Twist;
+pub(crate) struct TorsionSign;
 
-impl Facts for Twist {
+impl Facts for TorsionSign {
     fn degree(&self) -> f64 {
         0.0
     }
@@ -46,7 +46,7 @@ fn partials<S: Scalar, const D: usize>(window: &Window<S, D, 3>) -> Partials<S, 
     Partials { value: dot(t, by_first), tangent: [by_first, across(v, t), across(t, u)], length: [S::ZERO; 3] }
 }
 
-impl Term<3> for Twist {
+impl Term<3> for TorsionSign {
     #[inline(always)]
     fn fence(&self) -> Option<usize> {
         Some(2)

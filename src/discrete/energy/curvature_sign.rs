@@ -8,9 +8,9 @@ use crate::linalg::scalar::scale;
 ///
 /// For a curve that turns left it has β < 0, and β > 0 for one that turns right. Spatial curves have no side.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Side;
+pub(crate) struct CurvatureSign;
 
-impl Facts for Side {
+impl Facts for CurvatureSign {
     fn degree(&self) -> f64 {
         0.0
     }
@@ -31,7 +31,7 @@ fn curvature<S: Scalar, const D: usize>(window: &Window<S, D, 2>) -> Partials<S,
     Partials { value, tangent, length: [by_length, by_length] }
 }
 
-impl Term<2> for Side {
+impl Term<2> for CurvatureSign {
     #[inline(always)]
     fn fence(&self) -> Option<usize> {
         Some(1)

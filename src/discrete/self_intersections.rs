@@ -10,11 +10,11 @@ use std::ops::Range;
 use glam::DVec3;
 
 use super::curves::Vertices;
-use super::lane::Standing;
+use super::lane::TerminationStatus;
 use super::minimise::minimise;
 use super::problem::Outcome;
 use super::queue::{CurveFit, Goal};
-use super::setup::Ready;
+use super::setup::PreparedCurve;
 use crate::linalg::scalar::{Vector, dot, subtract};
 use crate::topology::crossings::{Line, crossings};
 
@@ -53,7 +53,7 @@ pub(super) struct Untangled {
 /// A curve that does not converge when it is drawn tauter stays as it was.
 pub(super) async fn untangle<const D: usize>(
     curve: &CurveFit<'_, D>,
-    ready: &mut Ready<D>,
+    ready: &mut PreparedCurve<D>,
     outcome: &mut Outcome<D>,
 ) -> Untangled {
     let mut found = Untangled::default();
@@ -67,7 +67,7 @@ pub(super) async fn untangle<const D: usize>(
         let most = trial.problem.most_iterations;
         trial.problem.most_iterations = most.min(MOST_ITERATIONS);
         let (trial, after) = Box::pin(minimise(curve, trial, Goal::Free)).await;
-        if after.standing != Standing::Converged {
+        if after.termination != TerminationStatus::Converged {
             outcome.iterations += after.iterations;
             break;
         }
@@ -80,10 +80,10 @@ pub(super) async fn untangle<const D: usize>(
     found
 }
 
-impl<const D: usize> Ready<D> {
+impl<const D: usize> PreparedCurve<D> {
     /// The spans of a converged curve that cross where the polygon of its points does not, increasing.
     pub(super) fn tangled(&self, outcome: &Outcome<D>) -> Vec<usize> {
-        if outcome.standing != Standing::Converged {
+        if outcome.termination != TerminationStatus::Converged {
             return vec![];
         }
         let closed = self.problem.closed;

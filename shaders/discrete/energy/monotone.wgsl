@@ -1,4 +1,4 @@
-// Ahead: a fence of a = n·T, the way that an edge goes along a direction. Twin: src/discrete/energy/ahead.rs.
+// Ahead: a fence of a = n·T, the way that an edge goes along a direction. Twin: src/discrete/energy/monotone.rs.
 // A kernel may hold several of these terms. Each has its direction and its $NAME.
 //:once include discrete/energy/fence.wgsl
 

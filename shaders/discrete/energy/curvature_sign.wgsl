@@ -1,8 +1,8 @@
-// The side: a fence of the signed curvature κ = (T × T′)/Δa of planar curves. Twin: src/discrete/energy/side.rs.
+// The side: a fence of the signed curvature κ = (T × T′)/Δa of planar curves. Twin: src/discrete/energy/curvature_sign.rs.
 //:once include discrete/energy/fence.wgsl
 
 // κ and its partial derivatives.
-fn side_curvature(w: Window) -> Partials {
+fn curvature_sign_curvature(w: Window) -> Partials {
     let r = real(2) / (w.s0 + w.s1);
     var q = Partials();
 //:if SPATIAL
@@ -16,17 +16,17 @@ fn side_curvature(w: Window) -> Partials {
     return q;
 }
 
-fn side_value(w: Window) -> real {
-    return fence_value(w.fence$FENCE, side_curvature(w).value);
+fn curvature_sign_value(w: Window) -> real {
+    return fence_value(w.fence$FENCE, curvature_sign_curvature(w).value);
 }
 
-fn side_gradient(w: Window) -> Partials {
-    return fence_gradient(w.fence$FENCE, side_curvature(w));
+fn curvature_sign_gradient(w: Window) -> Partials {
+    return fence_gradient(w.fence$FENCE, curvature_sign_curvature(w));
 }
 
-fn side_hessian(w: Window) -> SecondPartials {
+fn curvature_sign_hessian(w: Window) -> SecondPartials {
     let r = real(2) / (w.s0 + w.s1);
-    let first = side_curvature(w);
+    let first = curvature_sign_curvature(w);
     var second = SecondPartials();
 //:if SPATIAL
 //:else
