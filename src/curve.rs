@@ -3,6 +3,7 @@
 pub(crate) mod convert;
 mod even;
 pub(crate) mod measure;
+mod samples;
 mod sampling;
 mod unfitted;
 
@@ -10,8 +11,9 @@ use crate::motion::Motion;
 use crate::surface::Globe;
 use glam::DVec3;
 use measure::AnyCurve;
+pub(crate) use samples::samples_at;
 pub use sampling::Sampling;
-pub(crate) use sampling::{check_spacing, excess, rounded_up, sample_bytes, samples_at, spans};
+pub(crate) use sampling::{check_spacing, excess, rounded_up, sample_bytes, spans};
 pub(crate) use unfitted::{Input, Polygon};
 
 /// A point of a curve with its derivatives with respect to the parameter.
@@ -179,12 +181,12 @@ pub trait Curve: Sync {
     #[doc(hidden)]
     /// The least number of samples of the whole curve or of a span: see [`Sampling`].
     fn least(&self, sampling: Sampling) -> usize {
-        sampling::least(&self, sampling)
+        samples::least(&self, sampling)
     }
 
     /// Spans and fractions of the samples, in order along the curve: see [`Sampling`].
     fn sites(&self, sampling: Sampling) -> Vec<(usize, f64)> {
-        sampling::sites(&self, sampling)
+        samples::sites(&self, sampling)
     }
 
     /// The curve as a chain of cubic Béziers, in few pieces.

@@ -5,8 +5,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::CurveBatch;
-use crate::batch::Origin;
+use super::{CurveBatch, Cut, Origin};
 use crate::constraint::{Constraints, gather_rows, rows_of};
 use crate::ragged;
 use crate::sort;
@@ -24,27 +23,6 @@ pub(crate) struct Piece {
     pub count: usize,
     /// Whether the piece is a whole closed curve.
     pub closed: bool,
-}
-
-/// The original points of curves, for messages.
-#[derive(Clone, Debug)]
-pub(crate) struct Cut {
-    /// The origin of the original curves.
-    pub whole: Arc<Origin>,
-    offsets: Vec<usize>,
-    /// The original curve at the start of every curve, which may have no points.
-    curves: Vec<u32>,
-    /// The original curve and point of every point.
-    points: Vec<(u32, u32)>,
-}
-
-impl Cut {
-    /// The original curve and point of point `k` of curve `i`.
-    pub fn given(&self, i: usize, k: usize) -> (usize, usize) {
-        let of_curve = &self.points[self.offsets[i]..self.offsets[i + 1]];
-        let (curve, point) = of_curve.get(k).copied().unwrap_or((self.curves[i], 0));
-        (curve as usize, point as usize)
-    }
 }
 
 /// Curves made of other curves' points.

@@ -26,8 +26,8 @@ pub(crate) use check::are_finite;
 pub(crate) use clock::Clock;
 pub(crate) use closed::distance;
 pub use columns::{Column, Values};
-pub(crate) use cut::{Cut, Piece, Traced};
-pub(crate) use origin::Origin;
+pub(crate) use cut::{Piece, Traced};
+pub(crate) use origin::{Cut, Origin};
 pub use point::Point;
 
 /// Why a curve of a batch cannot be fitted.

@@ -1,10 +1,10 @@
-//! [`Origin`]: the provenance of a batch.
+//! [`Origin`]: the provenance of a batch. [`Cut`]: that of its points, if they are other curves'.
 
 use std::any::Any;
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use super::{Clock, Cut};
+use super::Clock;
 
 /// The provenance of a batch: places for messages, and the document to write back.
 #[derive(Clone, Debug, Default)]
@@ -61,5 +61,26 @@ impl Origin {
         let line =
             self.first_lines.as_ref().and_then(|lines| lines[i]).map(|line| format!("line {}, ", line + k as u64));
         file + &line.unwrap_or_default()
+    }
+}
+
+/// The original points of curves, for messages.
+#[derive(Clone, Debug)]
+pub(crate) struct Cut {
+    /// The origin of the original curves.
+    pub whole: Arc<Origin>,
+    pub(super) offsets: Vec<usize>,
+    /// The original curve at the start of every curve, which may have no points.
+    pub(super) curves: Vec<u32>,
+    /// The original curve and point of every point.
+    pub(super) points: Vec<(u32, u32)>,
+}
+
+impl Cut {
+    /// The original curve and point of point `k` of curve `i`.
+    pub fn given(&self, i: usize, k: usize) -> (usize, usize) {
+        let of_curve = &self.points[self.offsets[i]..self.offsets[i + 1]];
+        let (curve, point) = of_curve.get(k).copied().unwrap_or((self.curves[i], 0));
+        (curve as usize, point as usize)
     }
 }

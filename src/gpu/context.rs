@@ -8,19 +8,23 @@ use wgpu::{Adapter, Features};
 
 use super::adapter;
 use super::capture::CapturedDispatch;
-use super::kernel::Kernel;
-use super::plan::Limits;
+use super::plan::{DESIGN_CHUNK_BYTES, Limits};
 use super::pool::Pool;
+use super::reflect::Reflection;
 use super::summary::AdapterSummary;
 use crate::error::{Error, Result};
 
 /// Workgroup memory that the kernels are designed for. Every WebGPU device has it.
 const DESIGN_WORKGROUP_BYTES: u32 = 16 * 1024;
 
-/// Bytes of all buffers of one chunk, unless a caller says otherwise.
-///
-/// Two such chunks fit on a modest GPU at once, and one is large enough to hide the round trip.
-pub(super) const DESIGN_CHUNK_BYTES: u64 = 256 << 20;
+/// A compiled kernel.
+pub(super) struct Kernel {
+    pub(super) name: String,
+    pub(super) wgsl: String,
+    pub(super) entry: &'static str,
+    pub(super) pipeline: wgpu::ComputePipeline,
+    pub(super) reflection: Reflection,
+}
 
 /// An open GPU.
 pub struct Gpu {
@@ -200,6 +204,20 @@ impl Gpu {
     /// The choices of kernels since the last call, a sentence each.
     pub fn take_notes(&self) -> Vec<String> {
         std::mem::take(&mut *self.notes.lock().expect("no panic while held"))
+    }
+
+    /// Runs `work` and returns every dispatch it made, with the buffers before and after.
+    ///
+    /// This is slow: each dispatch is a separate submission.
+    ///
+    /// # Errors
+    /// Errors of `work`.
+    #[doc(hidden)]
+    pub fn capture<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<(T, Vec<CapturedDispatch>)> {
+        *self.capture.lock().expect("no panic while held") = Some(Vec::new());
+        let result = work();
+        let captured = self.capture.lock().expect("no panic while held").take().unwrap_or_default();
+        Ok((result?, captured))
     }
 
     /// The error behind a failed wait: a lost device with its reason, or else `otherwise`.

@@ -2,19 +2,10 @@
 
 use std::sync::Arc;
 
-use super::context::Gpu;
+use super::context::{Gpu, Kernel};
 use super::key::KernelKey;
-use super::reflect::{Reflection, reflect};
+use super::reflect::reflect;
 use crate::error::{Error, Result};
-
-/// A compiled kernel.
-pub(super) struct Kernel {
-    pub(super) name: String,
-    pub(super) wgsl: String,
-    pub(super) entry: &'static str,
-    pub(super) pipeline: wgpu::ComputePipeline,
-    pub(super) reflection: Reflection,
-}
 
 impl Gpu {
     /// Compiles a kernel, unless it is cached.

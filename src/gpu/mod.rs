@@ -17,6 +17,8 @@ mod context;
 #[cfg(feature = "gpu")]
 mod kernel;
 mod key;
+#[cfg(feature = "gpu")]
+mod pending;
 mod pipeline;
 #[doc(hidden)]
 pub mod plan;
@@ -53,6 +55,9 @@ pub use absent::{Buffer, Downloaded, Pending, Recording};
 pub use capture::{CapturedBuffer, CapturedDispatch};
 #[doc(hidden)]
 pub use key::KernelKey;
+#[cfg(feature = "gpu")]
+#[doc(hidden)]
+pub use pending::{Downloaded, Pending};
 #[doc(hidden)]
 pub use pipeline::{Interrupted, Step, once, pipeline};
 #[cfg(feature = "gpu")]
@@ -60,4 +65,4 @@ pub use pipeline::{Interrupted, Step, once, pipeline};
 pub use pool::Buffer;
 #[cfg(feature = "gpu")]
 #[doc(hidden)]
-pub use record::{Downloaded, Pending, Recording};
+pub use record::Recording;

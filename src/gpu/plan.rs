@@ -9,6 +9,12 @@ use crate::error::{Error, Result};
 /// llvmpipe silently ends loops after 65,535 iterations. Watchdogs of hardware end long dispatches.
 pub const LOOP_TURNS: usize = 60_000;
 
+/// Bytes of all buffers of one chunk, unless a caller says otherwise.
+///
+/// Two such chunks fit on a modest GPU at once, and one is large enough to hide the round trip.
+#[cfg(feature = "gpu")]
+pub(super) const DESIGN_CHUNK_BYTES: u64 = 256 << 20;
+
 /// The limits of a device that matter here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {

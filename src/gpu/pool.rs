@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex};
 
 use wgpu::BufferUsages;
 
-use super::context::DESIGN_CHUNK_BYTES;
+use super::plan::DESIGN_CHUNK_BYTES;
 
 /// The most bytes that are kept: as many as the chunks under way have.
 const KEPT_BYTES: u64 = 2 * DESIGN_CHUNK_BYTES;

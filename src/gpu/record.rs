@@ -1,38 +1,26 @@
-//! One submission: buffers up, dispatches, results back. Every failure becomes an [`Error`].
+//! [`Recording`]: one submission, buffers up and dispatches. Every failure becomes an [`Error`].
 
-use std::borrow::Cow;
-use std::sync::{Arc, mpsc};
-use std::time::Duration;
+use std::sync::mpsc;
 
 use bytemuck::Pod;
 use rayon::prelude::*;
 use wgpu::{BufferUsages, ErrorFilter};
 
-use super::context::Gpu;
-use super::kernel::Kernel;
+use super::capture::{CapturedBuffer, CapturedDispatch};
+use super::context::{Gpu, Kernel};
 use super::key::KernelKey;
+use super::pending::{CONVERTED_TOGETHER, Download, Pending};
 use super::plan;
-use super::pool::{Buffer, Staging};
-use super::reflect::Access;
+use super::pool::Buffer;
+use super::reflect::{Access, Binding};
 use crate::error::{Error, Result};
 use crate::precision::Precision;
-
-/// How long the host waits for one submission.
-///
-/// Dispatches are far shorter. Only a hung driver takes longer. Software compiles a kernel during its
-/// first dispatch: the largest takes 40 s.
-const fn timeout(is_software: bool) -> Duration {
-    Duration::from_secs(if is_software { 600 } else { 60 })
-}
 
 /// Every array may be written and read by copies.
 const COPIED: BufferUsages = BufferUsages::COPY_SRC.union(BufferUsages::COPY_DST);
 
 /// Memory in which the host reads.
 const READ: BufferUsages = BufferUsages::MAP_READ.union(BufferUsages::COPY_DST);
-
-/// The fewest numbers that a thread converts.
-const CONVERTED_TOGETHER: usize = 1 << 14;
 
 /// Work being recorded for one submission.
 ///
@@ -49,22 +37,6 @@ pub struct Recording<'g> {
     downloads: Vec<Download>,
     timestamps: Vec<wgpu::QuerySet>,
     bytes: u64,
-}
-
-/// Bytes that the host is to read.
-struct Download {
-    staging: wgpu::Buffer,
-    size: u64,
-}
-
-/// A submission under way.
-pub struct Pending<'g> {
-    gpu: &'g Gpu,
-    precision: Precision,
-    downloads: Vec<Download>,
-    mapped: Vec<mpsc::Receiver<Result<(), wgpu::BufferAsyncError>>>,
-    index: wgpu::SubmissionIndex,
-    timestamps: Option<Download>,
 }
 
 impl Gpu {
@@ -206,6 +178,39 @@ impl<'g> Recording<'g> {
         Ok(())
     }
 
+    /// A dispatch on its own, with its buffers before and after.
+    fn dispatch_captured(&mut self, kernel: &Kernel, groups: [u32; 3], bound: &[(&Binding, &Buffer)]) -> Result<()> {
+        let gpu = self.gpu();
+        let contents = |recording: &mut Self| -> Result<Vec<Vec<u8>>> {
+            recording.flush();
+            let mut reading = gpu.record(Precision::F32);
+            bound.iter().for_each(|(_, buffer)| reading.download(buffer));
+            Ok(reading.submit()?.wait()?.iter().map(|bytes| bytes.as_slice::<u8>().to_vec()).collect())
+        };
+        let before = contents(self)?;
+        let entries: Vec<_> = bound.iter().map(|(binding, buffer)| buffer.entry(binding.binding)).collect();
+        self.encode(kernel, groups, &entries);
+        let after = contents(self)?;
+        let buffers = bound.iter().zip(before).zip(after).map(|(((binding, _), before), after)| CapturedBuffer {
+            binding: binding.binding,
+            name: binding.name.clone(),
+            access: binding.access,
+            before,
+            after: is_written(binding.access).then_some(after),
+        });
+        let dispatch = CapturedDispatch {
+            kernel: kernel.name.clone(),
+            wgsl: kernel.wgsl.clone(),
+            entry: kernel.entry.to_string(),
+            groups,
+            buffers: buffers.collect(),
+        };
+        if let Some(captured) = &mut *gpu.capture.lock().expect("no panic while held") {
+            captured.push(dispatch);
+        }
+        Ok(())
+    }
+
     pub(crate) fn gpu(&self) -> &'g Gpu {
         self.gpu
     }
@@ -215,7 +220,7 @@ impl<'g> Recording<'g> {
         self.precision
     }
 
-    pub(super) fn encode(&mut self, kernel: &Kernel, groups: [u32; 3], entries: &[wgpu::BindGroupEntry<'_>]) {
+    fn encode(&mut self, kernel: &Kernel, groups: [u32; 3], entries: &[wgpu::BindGroupEntry<'_>]) {
         let device = &self.gpu.device;
         let layout = &kernel.pipeline.get_bind_group_layout(0);
         let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries });
@@ -237,7 +242,7 @@ impl<'g> Recording<'g> {
     }
 
     /// Submits the work recorded so far, so that another submission can read its results.
-    pub(super) fn flush(&mut self) {
+    fn flush(&mut self) {
         let fresh = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let recorded = std::mem::replace(&mut self.encoder, fresh);
         self.gpu.queue.submit([recorded.finish()]);
@@ -307,81 +312,6 @@ impl<'g> Recording<'g> {
 }
 
 /// Whether a kernel may change a buffer with this access.
-pub(super) fn is_written(access: Access) -> bool {
+fn is_written(access: Access) -> bool {
     access == Access::ReadWrite
-}
-
-impl<'g> Pending<'g> {
-    pub(super) fn gpu(&self) -> &'g Gpu {
-        self.gpu
-    }
-
-    pub(super) fn precision(&self) -> Precision {
-        self.precision
-    }
-
-    /// Waits, and returns the downloads.
-    ///
-    /// # Errors
-    /// [`Error::Timeout`] after a minute (ten on software), and [`Error::DeviceLost`].
-    pub fn wait(self) -> Result<Vec<Downloaded>> {
-        let limit = timeout(self.gpu.summary().is_software());
-        let timeout = || Error::Timeout { seconds: limit.as_secs() };
-        let wait = wgpu::PollType::Wait { submission_index: Some(self.index.clone()), timeout: Some(limit) };
-        if self.gpu.device.poll(wait).is_err() {
-            return Err(self.gpu.failure(timeout()));
-        }
-        for receiver in &self.mapped {
-            let result = receiver.recv_timeout(limit).map_err(|_| timeout());
-            let lost = |message: String| self.gpu.failure(Error::DeviceLost(message));
-            result.map_err(|error| self.gpu.failure(error))?.map_err(|error| lost(error.to_string()))?;
-        }
-        let read = |Download { staging, size }: &Download| {
-            let range = staging.slice(..size).get_mapped_range();
-            range.map_err(|error| self.gpu.failure(Error::DeviceLost(error.to_string())))
-        };
-        if let Some(timestamps) = &self.timestamps {
-            self.add_kernel_time(&read(timestamps)?);
-        }
-        let downloaded = |download: &Download| {
-            let (device, pool) = (self.gpu.device.clone(), Arc::clone(&self.gpu.pool));
-            let staging = Staging { buffer: download.staging.clone(), device, pool };
-            Ok(Downloaded { bytes: read(download)?, precision: self.precision, _staging: staging })
-        };
-        self.downloads.iter().map(downloaded).collect()
-    }
-
-    fn add_kernel_time(&self, bytes: &[u8]) {
-        let period = f64::from(self.gpu.queue.get_timestamp_period());
-        let ticks = |pair: &[u8]| u64::from_le_bytes(pair.try_into().expect("eight bytes"));
-        let spans = bytes.chunks_exact(wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT as usize);
-        let total: u64 = spans.map(|span| ticks(&span[8..16]).saturating_sub(ticks(&span[..8]))).sum();
-        *self.gpu.kernel_nanoseconds.lock().expect("no panic while held") += total as f64 * period;
-    }
-}
-
-/// The contents of a buffer, mapped.
-pub struct Downloaded {
-    // The view is dropped before the memory that it shows.
-    bytes: wgpu::BufferView,
-    precision: Precision,
-    _staging: Staging,
-}
-
-impl Downloaded {
-    /// The contents as words, or as structs of words.
-    pub fn as_slice<T: Pod>(&self) -> &[T] {
-        bytemuck::cast_slice(&self.bytes)
-    }
-
-    /// The contents as numbers in the precision of the recording.
-    pub fn reals(&self) -> Cow<'_, [f64]> {
-        match self.precision {
-            Precision::F64 => self.as_slice().into(),
-            _ => {
-                let narrow = self.as_slice::<f32>().par_iter().with_min_len(CONVERTED_TOGETHER);
-                narrow.map(|&x| f64::from(x)).collect::<Vec<f64>>().into()
-            }
-        }
-    }
 }

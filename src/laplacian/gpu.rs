@@ -24,7 +24,7 @@ use layout::Layout;
 use sparse::Weights;
 
 use super::refine::{Refiner, is_line, refined};
-use super::{GridReport, Grids, Rule, Subdivide};
+use super::{GridReport, Grids, Rule};
 use crate::error::Result;
 use crate::gpu::plan::{self, LOOP_TURNS};
 use crate::gpu::source::definitions;
@@ -61,14 +61,15 @@ fn kernel(path: &'static str, entry: &'static str, precision: Precision) -> Kern
 /// # Errors
 /// Errors of compiling the kernel and of submissions.
 pub(super) fn subdivide(
-    method: &Subdivide,
+    rule: &Rule,
+    rounds: u32,
     grids: &Grids,
     gpu: &Gpu,
     precision: Precision,
     values: &mut [f64],
     reports: &mut [GridReport],
 ) -> Result<()> {
-    let lost = Subdivision::new(method, grids, gpu, precision, reports).run(method, values)?;
+    let lost = Subdivision::new(rule, rounds, grids, gpu, precision, reports).run(rule, values)?;
     if let Some(Lost { finished, why }) = lost {
         for (i, report) in reports.iter_mut().enumerate().skip(finished).filter(|(_, report)| report.status.is_usable())
         {
@@ -107,23 +108,23 @@ struct UnderWay<'a> {
 
 impl<'a> Subdivision<'a> {
     fn new(
-        method: &Subdivide,
+        rule: &Rule,
+        rounds: u32,
         grids: &'a Grids,
         gpu: &'a Gpu,
         precision: Precision,
         reports: &'a [GridReport],
     ) -> Self {
-        let rule = match &method.rule {
+        let prepared = match rule {
             Rule::Exact => Prepared::Exact,
             Rule::Sparse(rule) => Prepared::Sparse(Weights::new(rule)),
         };
-        let mut subdivision =
-            Subdivision { gpu, precision, grids, reports, rounds: method.rounds, rule, sent: Vec::new() };
+        let mut subdivision = Subdivision { gpu, precision, grids, reports, rounds, rule: prepared, sent: Vec::new() };
         subdivision.sent =
             (0..grids.len()).map(|i| reports[i].status.is_usable() && subdivision.takes(grids.shape(i))).collect();
-        if let (Prepared::Sparse(weights), Rule::Sparse(rule)) = (&mut subdivision.rule, &method.rule) {
+        if let (Prepared::Sparse(weights), Rule::Sparse(rule)) = (&mut subdivision.rule, rule) {
             let shapes = (0..grids.len()).filter(|&i| subdivision.sent[i]).map(|i| grids.shape(i));
-            weights.add(rule, shapes, method.rounds);
+            weights.add(rule, shapes, rounds);
             if weights.len() as u64 * precision.bytes() > gpu.limits().array_bytes() {
                 subdivision.sent.fill(false);
             }
@@ -172,10 +173,10 @@ impl<'a> Subdivision<'a> {
         }
     }
 
-    fn run(&self, method: &Subdivide, values: &mut [f64]) -> Result<Option<Lost>> {
+    fn run(&self, rule: &Rule, values: &mut [f64]) -> Result<Option<Lost>> {
         let of_host: Vec<[usize; 2]> =
             (0..self.grids.len()).filter(|&i| !self.sent[i]).map(|i| self.grids.shape(i)).collect();
-        let refiner = Refiner::<f64>::new(&method.rule, &of_host, method.rounds);
+        let refiner = Refiner::<f64>::new(rule, &of_host, self.rounds);
         let mut left = values;
         let done = pipeline(
             self.chunks()?,

@@ -26,6 +26,7 @@ mod dirichlet;
 mod exact;
 mod gpu;
 mod refine;
+mod report;
 mod rule;
 mod sparse;
 mod stencil;
@@ -39,5 +40,6 @@ pub use crate::grids::Grids;
 pub use dirichlet::energy;
 #[doc(hidden)]
 pub use dirichlet::residual;
-pub use rule::{Reproduces, SparseRule};
-pub use subdivide::{GridReport, Rule, Subdivide, Subdivided};
+pub use report::GridReport;
+pub use rule::{Reproduces, Rule, SparseRule};
+pub use subdivide::{Subdivide, Subdivided};

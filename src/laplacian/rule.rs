@@ -1,5 +1,5 @@
-//! [`SparseRule`]: weights in a window of 3 to 11 points, from tables computed by linear
-//! programming.
+//! [`Rule`]: how new points are made. [`SparseRule`]: weights in a window of 3 to 11 points, from
+//! tables computed by linear programming.
 
 mod constants;
 mod linear;
@@ -7,6 +7,17 @@ mod linear;
 use super::unknowns::Unknowns;
 use crate::error::{Error, Result};
 use crate::words::words;
+
+/// How new points are made.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum Rule {
+    /// Solves the equations E₂ₙp = UEₙp₀. Every point depends on all others.
+    #[default]
+    Exact,
+    /// The closest rule to the exact one with weights in a small window.
+    Sparse(SparseRule),
+}
 
 /// What a sparse rule reproduces.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,7 +1,8 @@
 //! [`Subdivide`]: the method, on batches of grids.
 
 use super::refine::{Refiner, refined};
-use super::{Grids, SparseRule};
+use super::report::GridReport;
+use super::{Grids, Rule};
 use crate::device::{Device, DeviceReport};
 use crate::error::{Error, Result};
 use crate::linalg::{take, tasks};
@@ -11,17 +12,6 @@ use crate::status::CurveStatus;
 
 /// Results are checked for overflow if a value exceeds this. No rule amplifies values by 1e20.
 const SAFE: f64 = 1e280;
-
-/// How new points are made.
-#[derive(Clone, Debug, Default, PartialEq)]
-#[non_exhaustive]
-pub enum Rule {
-    /// Solves the equations E₂ₙp = UEₙp₀. Every point depends on all others.
-    #[default]
-    Exact,
-    /// The closest rule to the exact one with weights in a small window.
-    Sparse(SparseRule),
-}
 
 /// Laplacian subdivision of grids.
 ///
@@ -43,19 +33,6 @@ pub struct Subdivide {
     pub rule: Rule,
     /// Number of rounds.
     pub rounds: u32,
-}
-
-/// The report of one grid.
-#[derive(Clone, Debug, PartialEq)]
-pub struct GridReport {
-    /// How the subdivision ended.
-    ///
-    /// - [`Converged`](CurveStatus::Converged): the grid is subdivided.
-    /// - `Degenerate`: it has no points.
-    /// - `Invalid`: a value is NaN or infinite, or a result overflows.
-    pub status: CurveStatus,
-    /// An explanation of the status: the grid, the place, the value and the remedy.
-    pub message: Option<String>,
 }
 
 /// Subdivided grids with one report each, in order.
@@ -86,7 +63,7 @@ impl Subdivide {
         match device.as_gpu() {
             Some(gpu) => {
                 let precision = device.kernel_precision(gpu, true)?;
-                super::gpu::subdivide(self, grids, gpu, precision, &mut values, &mut reports)?;
+                super::gpu::subdivide(&self.rule, self.rounds, grids, gpu, precision, &mut values, &mut reports)?;
             }
             None => self.on_cpu(grids, &shapes, &mut values, &reports),
         }
@@ -149,34 +126,6 @@ impl Subdivide {
                 }
             }
         });
-    }
-}
-
-impl Grids {
-    /// The beginning of sentences about grid `i`.
-    pub(super) fn place(&self, i: usize) -> String {
-        format!("{}grid {i}", self.file().map(|file| format!("{file}, ")).unwrap_or_default())
-    }
-
-    /// The report of grid `i` before it is subdivided.
-    fn report(&self, i: usize) -> GridReport {
-        let place = self.place(i);
-        if self.grid(i).is_empty() {
-            let message = format!("{place} has no points: give it some, or leave it out");
-            return GridReport { status: CurveStatus::Degenerate, message: Some(message) };
-        }
-        match self.grid(i).iter().position(|x| !x.is_finite()) {
-            None => GridReport { status: CurveStatus::Converged, message: None },
-            Some(at) => {
-                let (point, value) = (at / self.dimension(), self.grid(i)[at]);
-                let (row, column) = (point / self.shape(i)[1], point % self.shape(i)[1]);
-                let message = format!(
-                    "{place}: the value in row {row}, column {column} (counted from 0) is {value}; all must be finite: mend it, or \
-                     leave the grid out"
-                );
-                GridReport { status: CurveStatus::Invalid, message: Some(message) }
-            }
-        }
     }
 }
 

@@ -4,8 +4,8 @@
 // Loops over lanes by number read as the formulas do, and become vector instructions.
 #![allow(clippy::needless_range_loop)]
 
-use super::lanes::{BLOCK, Group};
-use super::real::Real;
+use super::group::{BLOCK, Group};
+use super::scalar::Real;
 
 /// What elimination hands from row to row, and the kept row 0 of a cyclic system.
 #[derive(Clone, Copy)]

@@ -13,19 +13,15 @@
 // Loops over lanes by number become vector instructions.
 #![allow(clippy::needless_range_loop)]
 
-use std::ops::Range;
-
 use super::elimination::{Bands, Carry, Form, Network};
-use super::real::Real;
-use super::scalar::{Lanes, Scalar};
+use super::group::{BLOCK, Group};
+use super::scalar::{Lanes, Real, Scalar};
 use super::singular;
-use super::tridiagonal::{Matrix, TridiagonalBatch};
+use super::systems::{Matrix, Part, Scratch, Solutions, TridiagonalBatch};
+use super::tasks::{take, tasks};
 use super::wide::{Operation, has_wide_registers};
+use crate::parallel;
 use crate::status::CurveStatus;
-
-/// Rows that are carried between the arrays and the lanes at once: L·8 numbers of each array stay
-/// in the first cache.
-pub(super) const BLOCK: usize = 8;
 
 /// The systems that a pass is compiled for. A pass for lanes knows whether they are cyclic. A pass for
 /// single systems takes an argument, whose cost is negligible next to the divisions.
@@ -33,23 +29,22 @@ const OPEN: u8 = 0;
 const CYCLIC: u8 = 1;
 const EITHER: u8 = 2;
 
-/// A run of consecutive systems of a batch.
-pub(crate) struct Part<'a, T> {
-    /// The whole batch.
-    pub systems: &'a TridiagonalBatch<'a, T>,
-    /// The systems to solve.
-    pub range: Range<usize>,
-    /// The right-hand sides of the whole batch, row after row.
-    pub rhs: &'a [T],
-    /// Right-hand sides a row.
-    pub columns: usize,
-}
-
-/// What a thread keeps between parts, so that nothing is allocated for a system.
-#[derive(Default)]
-pub(crate) struct Scratch<T> {
-    order: Vec<u64>,
-    eliminated: Vec<T>,
+/// All threads of the CPU, a run of systems each at a time.
+pub(super) fn solve_on_cpu<T: Real>(systems: &TridiagonalBatch<T>, rhs: &[T], columns: usize) -> Solutions<T> {
+    let offsets = systems.offsets;
+    let mut x = vec![T::ZERO; rhs.len()];
+    let mut status = vec![CurveStatus::Converged; offsets.len() - 1];
+    let (mut x_rest, mut status_rest) = (&mut x[..], &mut status[..]);
+    let work: Vec<_> = tasks(offsets)
+        .into_iter()
+        .map(|range| {
+            let rows = offsets[range.end] - offsets[range.start];
+            let (x, status) = (take(&mut x_rest, rows * columns), take(&mut status_rest, range.len()));
+            (Part { systems, range, rhs, columns }, x, status)
+        })
+        .collect();
+    parallel::of(work, |(part, x, status)| T::solve_part(&part, x, status, &mut Scratch::default()));
+    Solutions { x, status }
 }
 
 /// Solves the systems of a part; `x` and `status` begin with its first system.
@@ -87,13 +82,13 @@ pub(super) fn solve_part<T: Real, const L: usize>(
         // One system after the other has the same bits.
         if 4 * count <= L || !has_wide_registers() {
             for &key in members {
-                let group = Group::<1>::new(part, &[system(key)]);
+                let group = Group::<1>::new(offsets, &[system(key)]);
                 group.solve::<T, T, EITHER>(part, cyclic, x, status, &mut scratch.eliminated);
             }
         } else {
             let mut numbers = [0; L];
             numbers.iter_mut().zip(members).for_each(|(number, &key)| *number = system(key));
-            let group = Group::<L>::new(part, &numbers[..count]);
+            let group = Group::<L>::new(offsets, &numbers[..count]);
             if cyclic {
                 group.solve::<T, Lanes<T, L>, CYCLIC>(part, cyclic, x, status, &mut scratch.eliminated);
             } else {
@@ -104,32 +99,7 @@ pub(super) fn solve_part<T: Real, const L: usize>(
     scratch.order = order;
 }
 
-/// The systems that share a pass through the lanes. Lanes without a system have no rows.
-pub(super) struct Group<const L: usize> {
-    system: [usize; L],
-    /// First row in the arrays.
-    pub(super) start: [usize; L],
-    pub(super) rows: [usize; L],
-    count: usize,
-    pub(super) shortest: usize,
-    longest: usize,
-}
-
 impl<const L: usize> Group<L> {
-    fn new<T>(part: &Part<T>, members: &[usize]) -> Self {
-        let offsets = part.systems.offsets;
-        let mut group =
-            Group { system: [0; L], start: [0; L], rows: [0; L], count: members.len(), shortest: 0, longest: 0 };
-        for (lane, &i) in members.iter().enumerate() {
-            group.system[lane] = i;
-            group.start[lane] = offsets[i];
-            group.rows[lane] = offsets[i + 1] - offsets[i];
-        }
-        group.longest = group.rows.iter().copied().max().unwrap_or(0);
-        group.shortest = group.rows.iter().copied().min().unwrap_or(0);
-        group
-    }
-
     /// Solves the systems with the registers of S.
     fn solve<T: Real, S: Scalar, const KIND: u8>(
         &self,
@@ -165,64 +135,6 @@ impl<const L: usize> Group<L> {
             // Every non-finite number on the way has made this NaN.
             status[i - part.range.start] =
                 if sound[lane] == T::ZERO { CurveStatus::Converged } else { singular::solve(part, i, &mut x[rows]) };
-        }
-    }
-
-    /// Reads up to [`BLOCK`] rows from `row` on of every system into the lanes. `missing` rows at a
-    /// system's end are not there to be read.
-    #[inline(always)]
-    pub(super) fn gather<T: Real>(
-        &self,
-        source: &[T],
-        stride: usize,
-        column: usize,
-        row: usize,
-        missing: usize,
-        lanes: &mut [[T; L]; BLOCK],
-    ) {
-        for j in 0..L {
-            let rows = (self.rows[j].saturating_sub(missing)).saturating_sub(row).min(BLOCK);
-            let from = (self.start[j] + row) * stride + column;
-            if rows == BLOCK {
-                let source = &source[from..from + (BLOCK - 1) * stride + 1];
-                for b in 0..BLOCK {
-                    lanes[b][j] = source[b * stride];
-                }
-            } else {
-                for b in 0..rows {
-                    lanes[b][j] = source[from + b * stride];
-                }
-            }
-        }
-    }
-
-    /// The way back of [`gather`](Self::gather) into an array that begins with row `start`.
-    #[inline(always)]
-    fn scatter<T: Real>(
-        &self,
-        lanes: &[[T; L]; BLOCK],
-        target: &mut [T],
-        stride: usize,
-        column: usize,
-        row: usize,
-        start: usize,
-    ) {
-        for j in 0..L {
-            let rows = self.rows[j].saturating_sub(row).min(BLOCK);
-            if rows == 0 {
-                continue;
-            }
-            let from = (self.start[j] - start + row) * stride + column;
-            if rows == BLOCK {
-                let target = &mut target[from..from + (BLOCK - 1) * stride + 1];
-                for b in 0..BLOCK {
-                    target[b * stride] = lanes[b][j];
-                }
-            } else {
-                for b in 0..rows {
-                    target[from + b * stride] = lanes[b][j];
-                }
-            }
         }
     }
 }

@@ -11,6 +11,7 @@ pub mod banded;
 #[doc(hidden)]
 pub mod block_ring;
 mod elimination;
+mod group;
 mod lanes;
 mod real;
 #[doc(hidden)]
@@ -19,19 +20,21 @@ pub(crate) mod scalar;
 mod singular;
 mod size;
 pub(crate) mod skyline;
+mod systems;
 mod tasks;
 #[doc(hidden)]
 pub mod thomas;
 mod tridiagonal;
 mod wide;
 
-pub(crate) use lanes::{Part, Scratch};
-pub use real::Real;
+pub use scalar::Real;
 #[doc(hidden)]
 pub use scalar::{Lanes, Scalar};
 pub(crate) use size::power_of_two;
+pub use systems::{Cyclic, Matrix, Solutions, TridiagonalBatch};
+pub(crate) use systems::{Part, Scratch};
 pub(crate) use tasks::{take, tasks};
-pub use tridiagonal::{Cyclic, Matrix, Solutions, TridiagonalBatch, solve_tridiagonal_batch};
+pub use tridiagonal::solve_tridiagonal_batch;
 #[doc(hidden)]
 pub use wide::Operation;
 pub(crate) use wide::{has_wide_registers, operation, run, with_wide_registers};

@@ -1,11 +1,12 @@
 //! [`Scalar`]: the number type of the mathematics of curves. It is a number, or a vector register with
-//! a number in each lane.
+//! a number in each lane. [`Real`]: the type of one number.
 
-use std::fmt::Debug;
+use std::fmt::{Debug, Display};
 use std::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
 
-use super::real::Real;
+use super::systems::{Part, Scratch};
 use super::wide::{Operation, apart, in_wide_registers};
+use crate::status::CurveStatus;
 
 /// A number, or [`Lanes`] of numbers that undergo the same operations.
 ///
@@ -105,6 +106,34 @@ macro_rules! scalar {
 
 scalar!(f32);
 scalar!(f64);
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+/// `f32` or `f64`: f64 is the reference, f32 the twin of a GPU's arithmetic. Sealed.
+pub trait Real: sealed::Sealed + Scalar<Number = Self> + Display + PartialEq + PartialOrd {
+    /// Not a number.
+    const NAN: Self;
+    /// Distance from 1 to the next larger number.
+    const EPSILON: Self;
+    /// The smallest positive number of full precision.
+    const SMALLEST_NORMAL: Self;
+
+    /// The nearest number of this type.
+    fn from_f64(x: f64) -> Self;
+    /// The same number in f64.
+    fn to_f64(self) -> f64;
+    /// Neither NaN nor infinite.
+    fn is_finite(self) -> bool;
+
+    /// Solves a part of a batch, as many systems side by side as suit the type.
+    #[doc(hidden)]
+    #[allow(private_interfaces)]
+    fn solve_part(part: &Part<Self>, x: &mut [Self], status: &mut [CurveStatus], scratch: &mut Scratch<Self>);
+}
 
 /// L numbers side by side.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,8 +1,7 @@
 //! The systems the fast path gives up on: singular networks, and numbers that are not finite.
 
-use super::lanes::Part;
-use super::real::Real;
-use super::tridiagonal::Matrix;
+use super::scalar::Real;
+use super::systems::{Matrix, Part};
 use crate::status::CurveStatus;
 
 /// Solves system `i` into `x` (all its columns), after the fast path met a number that is not

@@ -2,7 +2,7 @@
 //! the reference that the fast paths are compared with. One system at a time, no step shared with
 //! them.
 
-use super::real::Real;
+use super::scalar::Real;
 
 /// Solves the open system with the given bands; `lower[0]` and `upper[n − 1]` are ignored.
 ///

@@ -48,6 +48,7 @@
 mod evaluate;
 mod hessian;
 mod quadrature;
+mod shape;
 mod sites;
 mod solve;
 
@@ -57,8 +58,9 @@ mod tests;
 use super::arc::Site;
 pub(super) use evaluate::{Near, TensionLaw, TensionSpan};
 use quadrature::{Law, Pull};
+use shape::{Course, Shape};
 use sites::Tables;
-use solve::{Course, Shape, Solver};
+use solve::Solver;
 use std::f64::consts::PI;
 
 /// How far, in chords, a segment's arcs may miss its second point before it counts as not solved.

@@ -17,7 +17,7 @@
 //! | `knots` | parameters and distinct knots of a batch |
 //! | `natural` | the tridiagonal systems |
 //! | `shape` | refits of splines that turn to other sides than their polygon |
-//! | `smoothing`, `smoother` | options and batches; one curve, normalised and back |
+//! | `smoothing`, `smoothing_fit`, `smoother` | options; batches; one curve, normalised and back |
 //! | `reinsch` | the normalised system of one λ, the twin of the kernel |
 //! | `tube`, `tube_rows` | the least curve within a distance: interior-point method, and its linear algebra |
 //! | `cubic`, `sample`, `polylines` | the result, its polynomials, its samples |
@@ -40,6 +40,7 @@ mod sample;
 mod shape;
 mod smoother;
 mod smoothing;
+mod smoothing_fit;
 mod smoothing_gpu;
 mod subdivide;
 mod tube;

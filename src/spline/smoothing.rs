@@ -1,20 +1,11 @@
 //! [`Smoothing`]: cubic smoothing splines.
 
-use std::sync::Arc;
-
-use super::cubic::CubicSplines;
-use super::knots::{Coincident, Knots, Parametrisation};
-use super::smoother::{Slot, Smoother};
-use crate::batch::{CurveBatch, Unfitted};
+use super::knots::Parametrisation;
+use crate::batch::CurveBatch;
 use crate::constraint::Constraint;
-use crate::curve::Sampling;
 use crate::deviation::Deviation;
-use crate::device::Device;
 use crate::error::{Error, Result, thousands};
-use crate::linalg::{take, tasks};
-use crate::parallel;
-use crate::report::{CurveReport, CurveSet, Fit};
-use crate::status::CurveStatus;
+use crate::report::CurveReport;
 
 /// What decides how much a curve is smoothed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -131,84 +122,6 @@ pub const LEAST_SHARE: f64 = 0.7;
 pub const LEAST_SHARE_OF_LAMBDA: f64 = 0.01;
 
 impl Smoothing {
-    /// Fits every curve of a batch.
-    ///
-    /// Reports: energy ∫|p″|² dt, λ, largest deviation from a data point, number of solves. A curve
-    /// that cannot be fitted (see [`CurveBatch::problem`]; fewer than two different parameters)
-    /// keeps its points and says why.
-    ///
-    /// # Errors
-    /// λ that is negative, infinite or NaN; a deviation that is not positive and finite;
-    /// [`Parametrisation::Given`] without parameters; constraints other than pinned points.
-    pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
-        let device = &self.worker(device);
-        let (splines, reports) = self.fit_splines(batch, device)?;
-        Ok(Fit::new(splines, reports, device.report(false)?))
-    }
-
-    /// Fits every curve and samples it on the same device.
-    ///
-    /// # Errors
-    /// As [`fit`](Self::fit) and [`Sampling::check`].
-    pub fn fit_sampled(&self, batch: &CurveBatch, sampling: Sampling, device: &Device) -> Result<(Fit, CurveBatch)> {
-        sampling.check(batch)?;
-        let device = &self.worker(device);
-        let (splines, reports) = self.fit_splines(batch, device)?;
-        let polylines = match device.as_gpu() {
-            Some(gpu) => splines.sample_on_gpu(gpu, device.kernel_precision(gpu, false)?, sampling)?,
-            None => splines.polylines(sampling),
-        };
-        Ok((Fit::new(splines, reports, device.report(false)?), polylines))
-    }
-
-    /// As [`fit`](Self::fit), with the splines themselves.
-    ///
-    /// # Errors
-    /// As [`fit`](Self::fit).
-    pub fn fit_splines(&self, batch: &CurveBatch, device: &Device) -> Result<(CubicSplines, Vec<CurveReport>)> {
-        self.fit_each(batch, device, &|_| *self)
-    }
-
-    /// [`fit_splines`](Self::fit_splines) with options per curve, which differ from these only in
-    /// the number of their target.
-    pub(crate) fn fit_each(
-        &self,
-        batch: &CurveBatch,
-        device: &Device,
-        own: OfCurve<'_>,
-    ) -> Result<(CubicSplines, Vec<CurveReport>)> {
-        self.check(batch)?;
-        let mut knots = Knots::new(batch, self.parametrisation, Coincident::Average)?;
-        let (second, mut reports) = match self.worker(device).as_gpu() {
-            // The system is worse conditioned the larger λ: f64 where the adapter has it.
-            Some(gpu) => {
-                let precision = device.kernel_precision(gpu, false)?;
-                let fitted = super::smoothing_gpu::fit_on_gpu(own, gpu, precision, batch, &mut knots)?;
-                device.finished(batch.len());
-                fitted
-            }
-            None => fit_on_cpu(own, batch, &mut knots, device),
-        };
-        // Curves without a solution come out as their input.
-        for (i, report) in reports.iter_mut().enumerate() {
-            if CubicSplines::energy(&knots, &second, i).is_none() && !knots.unfitted.contains_key(&i) {
-                let what =
-                    "its spline leaves the range of the numbers: scale the curve, or choose another parametrisation";
-                *report = CurveReport::unfitted(CurveStatus::Invalid, batch.sentence(i, 0, what));
-            }
-            if matches!(report.status, CurveStatus::Invalid | CurveStatus::Degenerate) {
-                let message = report.message.clone().unwrap_or_default();
-                knots.unfitted.entry(i).or_insert(Unfitted { status: report.status, message });
-            }
-        }
-        Ok((CubicSplines::new(batch, knots, second), reports))
-    }
-
-    /// The device that does the work: tubes have no kernel.
-    fn worker(&self, device: &Device) -> Device {
-        if matches!(self.target, SmoothingTarget::Tube(_)) { device.on_cpu() } else { device.clone() }
-    }
-
     /// Sentences about the usable curves of a fit with these options: how many closed curves were
     /// smoothed no further than to their share of their size. They alone have a message.
     pub fn notes(&self, reports: &[CurveReport]) -> Vec<String> {
@@ -233,7 +146,7 @@ impl Smoothing {
         if matches!(self.target, SmoothingTarget::Lambda(_)) { LEAST_SHARE_OF_LAMBDA } else { LEAST_SHARE }
     }
 
-    fn check(&self, batch: &CurveBatch) -> Result<()> {
+    pub(super) fn check(&self, batch: &CurveBatch) -> Result<()> {
         match self.target {
             SmoothingTarget::Lambda(lambda) if !(lambda >= 0.0 && lambda.is_finite()) => Err(Error::argument(format!(
                 "the smoothing factor λ is {lambda}; it must be finite and at least 0, where 0 interpolates: \
@@ -250,39 +163,3 @@ impl Smoothing {
 
 /// The options of a curve by its number.
 pub(super) type OfCurve<'a> = &'a (dyn Fn(usize) -> Smoothing + Sync);
-
-/// [`Smoothing::fit`] on all threads of the CPU. Replaces the values of the knots by the curves',
-/// and returns second derivatives at the knots and the reports.
-fn fit_on_cpu(
-    own: OfCurve<'_>,
-    batch: &CurveBatch,
-    knots: &mut Knots,
-    device: &Device,
-) -> (Vec<f64>, Vec<CurveReport>) {
-    let d = knots.dimension;
-    let mut values = Arc::unwrap_or_clone(std::mem::take(&mut knots.values));
-    let knots_only = &*knots;
-    let mut second = vec![0.0; values.len()];
-    let mut work = Vec::new();
-    let (mut values_rest, mut second_rest) = (&mut values[..], &mut second[..]);
-    for curves in tasks(&knots.offsets) {
-        let length = (knots.offsets[curves.end] - knots.offsets[curves.start]) * d;
-        work.push((curves, take(&mut values_rest, length), take(&mut second_rest, length)));
-    }
-    let reports = parallel::of(work, |(curves, mut values, mut second)| {
-        let mut smoother = Smoother::default();
-        let fit_one = |i: usize| {
-            let length = knots_only.range(i).len() * d;
-            let (values, second) = (take(&mut values, length), take(&mut second, length));
-            let report = knots_only
-                .report_unfitted(i)
-                .unwrap_or_else(|| smoother.fit(Slot { batch, knots: knots_only, curve: i, values, second }, &own(i)));
-            device.finished(1);
-            report
-        };
-        curves.map(fit_one).collect::<Vec<_>>()
-    });
-    let reports = reports.concat();
-    knots.values = Arc::new(values);
-    (second, reports)
-}

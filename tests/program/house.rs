@@ -45,11 +45,16 @@ const ROOMS: [&str; 38] = [
     "cli",
 ];
 
-/// The modules after `crate::` in a source, without its comments and its tests.
+/// A source without its comments and its tests.
+fn code(source: &str) -> String {
+    let product = source.split("\nmod tests {").next().unwrap_or_default();
+    product.lines().filter(|line| !line.trim_start().starts_with("//")).map(|line| format!("{line}\n")).collect()
+}
+
+/// The modules after `crate::` in a source.
 fn used(source: &str) -> BTreeSet<String> {
-    let product = source.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
-    let code = product.lines().filter(|line| !line.trim_start().starts_with("//"));
-    let names = code.flat_map(|line| line.split("crate::").skip(1));
+    let code = code(source);
+    let names = code.split("crate::").skip(1);
     let first =
         |name: &str| name.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap_or_default().to_string();
     names.map(first).filter(|name| name.starts_with(|c: char| c.is_lowercase())).collect()
@@ -65,6 +70,10 @@ fn sources(folder: &Path, found: &mut Vec<std::path::PathBuf>) {
     }
 }
 
+fn is_test(file: &Path) -> bool {
+    file.file_stem().is_some_and(|stem| stem == "tests" || stem == "testing")
+}
+
 #[test]
 fn rooms_use_only_those_below_them() {
     let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
@@ -72,8 +81,7 @@ fn rooms_use_only_those_below_them() {
     sources(&src, &mut files);
     assert!(files.len() > 200, "{} sources found", files.len());
     let floor = |room: &str| ROOMS.iter().position(|&other| other == room);
-    let tests = |file: &Path| file.file_stem().is_some_and(|stem| stem == "tests" || stem == "testing");
-    for file in files.iter().filter(|file| !tests(file)) {
+    for file in files.iter().filter(|file| !is_test(file)) {
         let inside = file.strip_prefix(&src).unwrap();
         let room = inside.iter().next().unwrap().to_str().unwrap().trim_end_matches(".rs");
         if room == "main" {
@@ -87,66 +95,63 @@ fn rooms_use_only_those_below_them() {
     }
 }
 
-/// The files of a room that a source uses, which lies this many folders inside of it.
-fn beside(source: &str, room: &str, depth: usize, files: &BTreeSet<String>) -> BTreeSet<String> {
-    let product = source.split("#[cfg(test)]\nmod tests {").next().unwrap_or_default();
-    let code: String =
-        product.lines().filter(|line| !line.trim_start().starts_with("//")).map(|line| format!("{line}\n")).collect();
-    let up = format!("{}super::", "super::".repeat(depth));
-    let mut used = BTreeSet::new();
-    for prefix in [up, format!("crate::{room}::")] {
-        for (at, _) in code.match_indices(&prefix) {
-            // Longer chains of `super` lead out of the room.
-            if code[..at].ends_with("::") {
-                continue;
-            }
-            let rest = &code[at + prefix.len()..];
-            let names = match rest.strip_prefix('{') {
-                Some(group) => group.split('}').next().unwrap_or_default().split(',').map(str::trim).collect(),
-                None => vec![rest],
-            };
-            for name in names {
-                let end = name.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(name.len());
-                used.extend(files.get(&name[..end]).cloned());
-            }
+/// The names after a prefix wherever a path begins with it: one, or those of a group.
+fn names_after<'a>(prefix: &str, code: &'a str) -> Vec<&'a str> {
+    let is_of_name = |c: char| c.is_alphanumeric() || c == '_';
+    let begins = |at: usize| !code[..at].ends_with(|c| is_of_name(c) || c == ':');
+    let rest = code.match_indices(prefix).filter(|&(at, _)| begins(at)).map(|(at, _)| &code[at + prefix.len()..]);
+    let names = rest.flat_map(|rest| match rest.strip_prefix('{') {
+        Some(group) => group.split('}').next().unwrap().split(',').map(str::trim).collect(),
+        None => vec![rest],
+    });
+    names.map(|name| name.split(|c| !is_of_name(c)).next().unwrap()).collect()
+}
+
+/// What every file or folder of a room names of the others, there or as what the room's own file passes on.
+fn named_in(room: &Path, src: &Path) -> BTreeMap<String, BTreeSet<String>> {
+    let mut paths = Vec::new();
+    sources(room, &mut paths);
+    paths.retain(|path| !is_test(path) && *path != room.join("mod.rs"));
+    let inside = |path: &Path| path.strip_prefix(room).unwrap().to_str().unwrap().to_string();
+    let file_of = |path: &Path| inside(path).split(['/', '.']).next().unwrap().to_string();
+    let mut named: BTreeMap<String, BTreeSet<String>> =
+        paths.iter().map(|path| (file_of(path), BTreeSet::new())).collect();
+    let mut files: BTreeMap<String, String> = named.keys().map(|file| (file.clone(), file.clone())).collect();
+    let own = [room.join("mod.rs"), room.with_extension("rs")].iter().find_map(|own| std::fs::read_to_string(own).ok());
+    let own = code(&own.unwrap_or_default());
+    for file in named.keys() {
+        for name in names_after(&format!("{file}::"), &own) {
+            files.entry(name.to_string()).or_insert(file.clone());
         }
     }
-    used
+    let from_crate = format!("crate::{}::", room.strip_prefix(src).unwrap().to_str().unwrap().replace('/', "::"));
+    for path in &paths {
+        let code = code(&std::fs::read_to_string(path).unwrap());
+        let depth = inside(path).split('/').count() - usize::from(path.ends_with("mod.rs"));
+        let names = [&"super::".repeat(depth), &from_crate].map(|prefix| names_after(prefix, &code)).concat();
+        let own = file_of(path);
+        let others = names.into_iter().filter_map(|name| files.get(name)).filter(|&other| *other != own);
+        named.get_mut(&own).unwrap().extend(others.cloned());
+    }
+    named
 }
 
 #[test]
-fn no_file_of_discrete_names_one_above_it() {
-    let room = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/discrete");
-    let mut paths = Vec::new();
-    sources(&room, &mut paths);
-    let file_of = |path: &Path| {
-        let first = path.strip_prefix(&room).unwrap().iter().next().unwrap().to_str().unwrap();
-        first.trim_end_matches(".rs").to_string()
-    };
-    let files: BTreeSet<String> = paths.iter().map(|path| file_of(path)).collect();
-    let mut left: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-    for path in paths.iter().filter(|path| !["mod", "tests"].contains(&path.file_stem().unwrap().to_str().unwrap())) {
-        let depth = path.strip_prefix(&room).unwrap().components().count() - 1;
-        let depth = if path.file_name().unwrap() == "mod.rs" { depth - 1 } else { depth };
-        let own = file_of(path);
-        let mut used = beside(&std::fs::read_to_string(path).unwrap(), "discrete", depth, &files);
-        used.remove(&own);
-        left.entry(own).or_default().extend(used);
-    }
-    assert!(left.len() > 40, "{} files found", left.len());
-    // From the ground up: what uses nothing that is left can be laid.
-    loop {
-        let laid: Vec<String> = left
-            .iter()
-            .filter(|(_, used)| used.iter().all(|file| !left.contains_key(file)))
-            .map(|(f, _)| f.clone())
-            .collect();
-        if laid.is_empty() {
-            break;
+fn no_file_names_one_above_it() {
+    let src = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+    let mut files = Vec::new();
+    sources(&src, &mut files);
+    let rooms: BTreeSet<&Path> = files.iter().map(|file| file.parent().unwrap()).filter(|&room| room != src).collect();
+    assert!(rooms.len() > 30, "{} rooms found", rooms.len());
+    for room in rooms {
+        let mut left = named_in(room, &src);
+        // From the ground up: what names nothing that is left can be laid.
+        while let Some(laid) = left.iter().find(|(_, named)| named.iter().all(|file| !left.contains_key(file))) {
+            let laid = laid.0.clone();
+            left.remove(&laid);
         }
-        laid.iter().for_each(|file| _ = left.remove(file));
+        assert!(left.is_empty(), "files of {} that use each other, or those that do: {left:#?}", room.display());
     }
-    assert!(left.is_empty(), "files that use each other: {left:#?}");
 }
 
 #[test]

@@ -1,5 +1,5 @@
 // Rows from arrays: three bands, or the excesses and edge weights of a network (see Matrix in
-// src/linalg/tridiagonal.rs).
+// src/linalg/systems.rs).
 
 const FLAG_NETWORK: u32 = 2u;
 

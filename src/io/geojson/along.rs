@@ -3,8 +3,8 @@
 
 use std::io;
 
-use super::cut::{Cut, nested};
-use super::write::{has_places, list, of_text};
+use super::cut::Cut;
+use super::lists::{has_places, list, nested};
 use crate::batch::{Column, CurveBatch, Values};
 use crate::io::text::Text;
 
@@ -84,6 +84,12 @@ impl<'a> Along<'a> {
             Ok(())
         })
     }
+}
+
+/// A text as JSON. A number stays one, unless it would be written in another way.
+pub(super) fn of_text(text: &str) -> serde_json::Value {
+    let number = text.parse::<serde_json::Number>().ok().filter(|number| number.to_string() == text);
+    number.map_or_else(|| text.into(), serde_json::Value::Number)
 }
 
 /// JSON has no NaN.

@@ -3,7 +3,7 @@
 use std::io;
 
 use super::Shape;
-use super::write::{has_places, is_flat, list, position};
+use super::lists::{has_places, is_flat, list, nested, position};
 use crate::batch::CurveBatch;
 use crate::io::antimeridian::{Path, concerns, cut_line, cut_polygon};
 use crate::io::longitude::settled_on_turns;
@@ -81,13 +81,4 @@ fn rings(text: &mut Text, polygon: &[Path]) -> io::Result<()> {
 fn ring(text: &mut Text, path: &Path) -> io::Result<()> {
     let count = (path.len() + 1).max(4);
     list(text, if path.is_empty() { 0 } else { count }, |text, k| position(text, path.get(k).unwrap_or(&path[0])))
-}
-
-/// Lists of one line, or a list of them.
-pub(super) fn nested(
-    text: &mut Text,
-    lines: usize,
-    mut line: impl FnMut(&mut Text, usize) -> io::Result<()>,
-) -> io::Result<()> {
-    if lines == 1 { line(text, 0) } else { list(text, lines, line) }
 }

@@ -8,12 +8,15 @@
 mod along;
 mod coordinates;
 mod cut;
+mod lists;
 mod read;
+mod topology;
 mod write;
 
 use std::ops::Range;
 
 use super::entry::Entry;
+use crate::batch::CurveBatch;
 pub(super) use read::read;
 pub(super) use write::{fills, holds, is_own, objects, write_with};
 
@@ -47,6 +50,14 @@ pub(crate) struct Document {
     flat: Vec<usize>,
     /// The objects of a topology that the features are of, in order. GeoJSON has none.
     objects: Vec<Object>,
+}
+
+impl Document {
+    /// The document that the batch came from, if it has the same curves still.
+    fn of(batch: &CurveBatch) -> Option<&Document> {
+        let document: &Document = batch.origin().document.as_ref()?.downcast_ref()?;
+        (document.curves == batch.len()).then_some(document)
+    }
 }
 
 /// An object of a topology.

@@ -9,12 +9,13 @@ use serde::de::{DeserializeSeed, Deserializer, MapAccess, Visitor};
 use serde_json::value::RawValue;
 
 use super::coordinates::{Lines, List};
+use super::topology::as_geojson;
 use super::{Document, Mark, Object, Part, Shape, Slot};
 use crate::batch::CurveBatch;
 use crate::batch::Origin;
 use crate::error::{Error, Result, quoted, shortened};
 use crate::io::source::Source;
-use crate::io::{ReadOptions, close, counted, grouped_names, longitude, part, topojson};
+use crate::io::{ReadOptions, close, counted, grouped_names, longitude, part};
 use crate::sort;
 
 /// An upper bound of the memory that a comma or an opening bracket stands for.
@@ -31,7 +32,7 @@ const MAX_NESTING: usize = 64;
 pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
     let text = source.text()?;
     if is_topology(&text) {
-        let (text, objects) = topojson::as_geojson(source, &text)?;
+        let (text, objects) = as_geojson(source, &text)?;
         return read_text(source, &text, objects, options);
     }
     read_text(source, &text, vec![], options)

@@ -4,8 +4,9 @@
 use std::io::{self, Write};
 use std::ops::Range;
 
-use super::along::{Along, CURVE, DATES, TIMES};
+use super::along::{Along, CURVE, DATES, TIMES, of_text};
 use super::cut::Cut;
+use super::lists::{has_places, is_flat, list, position};
 use super::{Document, Object, Part, Shape};
 use crate::batch::{Column, CurveBatch, Values};
 use crate::io::columns::STATUS;
@@ -32,7 +33,7 @@ pub(in crate::io) fn write_with(
     line: Line,
 ) -> io::Result<()> {
     let cut = |first: usize, shape: &Shape| if cut { Cut::of(batch, first, shape) } else { None };
-    match document(batch) {
+    match Document::of(batch) {
         Some(document) => fill(&mut text, document, statuses, &cut, line)?,
         None => collect(&mut text, batch, statuses, &cut, along, line)?,
     }
@@ -41,21 +42,15 @@ pub(in crate::io) fn write_with(
 
 /// The objects of the topology that the batch came from.
 pub(in crate::io) fn objects(batch: &CurveBatch) -> Vec<Object> {
-    document(batch).map_or_else(Vec::new, |document| document.objects.clone())
+    Document::of(batch).map_or_else(Vec::new, |document| document.objects.clone())
 }
 
 /// Writes curve i, which is a ring or not.
 type Line<'a> = &'a mut dyn FnMut(&mut Text, usize, bool) -> io::Result<()>;
 
-/// The document that the batch came from, if it has the same curves still.
-fn document(batch: &CurveBatch) -> Option<&Document> {
-    let document: &Document = batch.origin().document.as_ref()?.downcast_ref()?;
-    (document.curves == batch.len()).then_some(document)
-}
-
 /// Whether the document that the batch came from is written again.
 pub(in crate::io) fn fills(batch: &CurveBatch) -> bool {
-    document(batch).is_some()
+    Document::of(batch).is_some()
 }
 
 /// Cuts a geometry whose first curve this is, where it is to be cut.
@@ -170,12 +165,6 @@ fn of_curve(batch: &CurveBatch, column: &Column, i: usize) -> Option<serde_json:
     }
 }
 
-/// A text as JSON. A number stays one, unless it would be written in another way.
-pub(super) fn of_text(text: &str) -> serde_json::Value {
-    let number = text.parse::<serde_json::Number>().ok().filter(|number| number.to_string() == text);
-    number.map_or_else(|| text.into(), serde_json::Value::Number)
-}
-
 /// Whether a new document has a place for a column: a property if each curve has one value, and for
 /// lines of GeoJSON a list `along` their positions.
 pub(in crate::io) fn holds(batch: &CurveBatch, column: &Column, along: bool) -> bool {
@@ -185,27 +174,12 @@ pub(in crate::io) fn holds(batch: &CurveBatch, column: &Column, along: bool) -> 
 
 /// Whether the batch is written into a new document, which has times of positions, too.
 pub(in crate::io) fn is_own(batch: &CurveBatch) -> bool {
-    document(batch).is_none()
+    Document::of(batch).is_none()
 }
 
 /// The value that all of some values are.
 fn same<T: PartialEq>(values: &[T]) -> Option<&T> {
     values.first().filter(|first| values.iter().all(|value| value == *first))
-}
-
-pub(super) fn list(
-    text: &mut Text,
-    count: usize,
-    mut entry: impl FnMut(&mut Text, usize) -> io::Result<()>,
-) -> io::Result<()> {
-    text.push("[")?;
-    for k in 0..count {
-        if k > 0 {
-            text.push(",")?;
-        }
-        entry(text, k)?;
-    }
-    text.push("]")
 }
 
 /// The positions of curve `i`.
@@ -227,24 +201,6 @@ fn line(text: &mut Text, batch: &CurveBatch, i: usize, ring: bool) -> io::Result
     list(text, (count + usize::from(again)).max(least), |text, k| {
         position(text, &points[if k < count { k * d } else { 0 }..][..axes])
     })
-}
-
-/// Whether curve `i` came without altitudes, in a document that has altitudes.
-pub(super) fn is_flat(batch: &CurveBatch, i: usize) -> bool {
-    document(batch).is_some_and(|document| document.flat.binary_search(&i).is_ok())
-}
-
-/// Whether every point of curve `i` has a longitude and a latitude.
-pub(super) fn has_places(batch: &CurveBatch, i: usize) -> bool {
-    batch.points(i).chunks_exact(batch.dimension()).all(|point| point[0].is_finite() && point[1].is_finite())
-}
-
-/// Writes a point, without an altitude that is none.
-pub(super) fn position(text: &mut Text, point: &[f64]) -> io::Result<()> {
-    let axes = point.len() - usize::from(point.last().is_some_and(|x| !x.is_finite()));
-    text.push("[")?;
-    text.point(&point[..axes], ",")?;
-    text.push("]")
 }
 
 #[cfg(test)]

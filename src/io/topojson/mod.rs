@@ -4,10 +4,7 @@
 //! of GeoJSON. So both formats convert to each other. Arcs are found again when a batch is written,
 //! since its curves may have other points by then.
 
-mod read;
 mod write;
-
-pub(super) use read::as_geojson;
 
 use super::entry::Entry;
 use super::geojson;

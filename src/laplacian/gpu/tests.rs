@@ -8,7 +8,7 @@ use super::sparse::{SparseFamily, SparseParams};
 use super::*;
 use crate::gpu::reflect::assert_layout;
 use crate::gpu::testing::{gpu, precisions};
-use crate::laplacian::{Reproduces, SparseRule};
+use crate::laplacian::{Reproduces, SparseRule, Subdivide};
 use crate::linalg::Real;
 use crate::status::CurveStatus;
 
@@ -36,10 +36,10 @@ fn usable(grids: &Grids) -> Vec<GridReport> {
 
 fn on_gpu(method: &Subdivide, grids: &Grids, gpu: &Gpu, precision: Precision) -> Vec<f64> {
     let reports = usable(grids);
-    let subdivision = Subdivision::new(method, grids, gpu, precision, &reports);
+    let subdivision = Subdivision::new(&method.rule, method.rounds, grids, gpu, precision, &reports);
     let count = (0..grids.len()).map(|i| subdivision.values(grids.shape(i))).sum();
     let mut values = vec![f64::NAN; count];
-    subdivision.run(method, &mut values).unwrap();
+    subdivision.run(&method.rule, &mut values).unwrap();
     values
 }
 
@@ -164,7 +164,7 @@ fn what_takes_threads_too_long_is_not_for_the_device() {
     let Some(gpu) = gpu() else { return };
     let takes = |rule: Rule, rounds: u32, dimension: usize, shape: [usize; 2]| {
         let grids = Grids::new(dimension, Vec::new(), Vec::new()).unwrap();
-        Subdivision::new(&Subdivide { rule, rounds }, &grids, &gpu, Precision::F32, &[]).takes(shape)
+        Subdivision::new(&rule, rounds, &grids, &gpu, Precision::F32, &[]).takes(shape)
     };
     let sparse = || Rule::Sparse(SparseRule::of_support(11, Reproduces::Constants).unwrap());
     for rule in [Rule::Exact, sparse()] {

@@ -6,7 +6,7 @@ use super::{FLAG_CYCLIC, FLAG_NETWORK, RingKernel, RowSource, STATUS_SINGULAR, S
 use crate::CurveStatus;
 use crate::error::Result;
 use crate::gpu::{Buffer, Gpu, Pending, Recording, kept, once, pipeline, plan, unwritten};
-use crate::linalg::tridiagonal::solve_on_cpu;
+use crate::linalg::lanes::solve_on_cpu;
 use crate::linalg::{Cyclic, Matrix, Real, Solutions, TridiagonalBatch};
 use crate::precision::Precision;
 

@@ -3,8 +3,8 @@
 
 use super::hessian::STRAIGHT;
 use super::quadrature::{Law, Pull};
+use super::shape::{Course, Shape};
 use super::solve::near::smoothed;
-use super::solve::{Course, Shape};
 use super::{Frame, PI, TensionSegment};
 use crate::scf::evaluation::Evaluation;
 use crate::scf::problem::Ends;

@@ -13,7 +13,7 @@
 //! ν < 2 they grow without bound where the whole segment is straight.
 
 use super::quadrature::{Integrals, Law, Pull};
-use super::solve::{Course, Shape};
+use super::shape::{Course, Shape};
 
 /// Angles of a straight segment are taken to be this for its second derivatives: at 0 itself those
 /// of ν < 2 are infinite and those of ν > 2 are 0.

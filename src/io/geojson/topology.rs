@@ -1,4 +1,4 @@
-//! Reading: the topology is written out as GeoJSON, which is then read.
+//! Topologies: they are written out as GeoJSON, which is then read.
 
 use std::fmt;
 
@@ -7,8 +7,8 @@ use serde::de::{Deserializer, IgnoredAny, SeqAccess, Visitor};
 use serde_json::value::RawValue;
 use serde_json::{Map, Value};
 
+use super::Object;
 use crate::error::{Error, Result, quoted};
-use crate::io::geojson::Object;
 use crate::io::source::Source;
 
 /// Most bytes of memory that a byte of text stands for: a position of "[0,0]," is three numbers.
@@ -57,7 +57,7 @@ impl<'de> Deserialize<'de> for Position {
 }
 
 /// The GeoJSON of a topology, and which objects its features are of.
-pub(in crate::io) fn as_geojson(source: &Source, text: &str) -> Result<(String, Vec<Object>)> {
+pub(super) fn as_geojson(source: &Source, text: &str) -> Result<(String, Vec<Object>)> {
     source.take(TIMES * text.len())?;
     let wrong = |what: String| source.error(None, what);
     let topology: Topology = serde_json::from_str(text)
