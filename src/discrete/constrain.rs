@@ -94,22 +94,8 @@ pub(super) fn constrained<const D: usize>(
                 std::array::from_fn(|c| flat[c])
             }
         };
-        if let Some(curvature) = curvature {
-            let size = dot(curvature, curvature).sqrt();
-            let cosine = dot(curvature, tangent).abs() / size.max(f64::MIN_POSITIVE);
-            if !size.is_finite() || cosine > PERPENDICULAR {
-                return refuse(format!(
-                    "its curvature vector is not perpendicular to its tangent (cosine {cosine:.1e}, at most {PERPENDICULAR:e} is \
-                     possible): subtract its part along the tangent"
-                ));
-            }
-            if order < 3 {
-                return refuse(
-                    "a curvature vector needs an energy that holds variation, since bending lets curvature jump: add some, such as \
-                     variation=0.1, or leave the vector out"
-                        .into(),
-                );
-            }
+        if let Some(what) = curvature.and_then(|curvature| wrong_curvature(curvature, tangent, order)) {
+            return refuse(what);
         }
         // Edges between two clamped points have to turn from one tangent to the other.
         let gap =
@@ -131,6 +117,21 @@ pub(super) fn constrained<const D: usize>(
     }
     found.sort_unstable_by_key(|constraint| constraint.row);
     Ok(found)
+}
+
+/// What is wrong with a curvature vector beside a unit tangent, under an energy of this order.
+fn wrong_curvature<const D: usize>(curvature: Vector<f64, D>, tangent: Vector<f64, D>, order: usize) -> Option<String> {
+    let size = dot(curvature, curvature).sqrt();
+    let cosine = dot(curvature, tangent).abs() / size.max(f64::MIN_POSITIVE);
+    if !size.is_finite() || cosine > PERPENDICULAR {
+        return Some(format!(
+            "its curvature vector is not perpendicular to its tangent (cosine {cosine:.1e}, at most {PERPENDICULAR:e} is \
+             possible): subtract its part along the tangent"
+        ));
+    }
+    let what = "a curvature vector needs an energy that holds variation, since bending lets curvature jump: add some, such as \
+                variation=0.1, or leave the vector out";
+    (order < 3).then(|| what.into())
 }
 
 impl<const D: usize> Constrained<D> {

@@ -9,7 +9,7 @@
 
 use super::block::Block;
 use super::edges::Edges;
-use crate::linalg::scalar::Vector;
+use crate::linalg::scalar::{Vector, number};
 use crate::linalg::{Scalar, operation};
 
 /// An area counts as at least this part of the disc with the perimeter of the points' polygon.
@@ -61,6 +61,15 @@ pub(crate) struct Enclosing<S> {
     pub multiplier: S,
     /// ρ, 0 without the constraint.
     pub stiffness: S,
+}
+
+impl<S: Scalar> Enclosing<S> {
+    /// Sets the constraint of a lane.
+    pub fn set_lane(&mut self, lane: usize, enclosing: &Enclosing<f64>) {
+        self.area.set_lane(lane, number::<S>(enclosing.area));
+        self.multiplier.set_lane(lane, number::<S>(enclosing.multiplier));
+        self.stiffness.set_lane(lane, number::<S>(enclosing.stiffness));
+    }
 }
 
 operation! {

@@ -12,7 +12,7 @@ use super::lane::{Bounds, TerminationStatus};
 use super::newton::{Newton, Weights};
 use super::plan::{Plan, Solver};
 use super::within::{Local, Within};
-use crate::linalg::scalar::{Vector, add, dot, subtract};
+use crate::linalg::scalar::{Vector, add, dot, number, subtract};
 use crate::linalg::{Lanes, Real, Scalar, has_wide_registers};
 use crate::parallel;
 use crate::sort;
@@ -395,6 +395,15 @@ fn outcomes<S: Scalar, const D: usize>(descent: &mut Descent<'_, S, D>, count: u
     (0..count).map(outcome).collect()
 }
 
+/// A number of every curve, in its lane.
+fn each<S: Scalar, const D: usize>(lanes: &[&Problem<D>], value: impl Fn(&Problem<D>) -> f64) -> S {
+    let mut out = S::ZERO;
+    for (l, problem) in lanes.iter().enumerate() {
+        out.set_lane(l, number::<S>(value(problem)));
+    }
+    out
+}
+
 /// A descent of up to S::LANES curves that suit each other, at their bases.
 ///
 /// Lanes without a curve repeat the first, and have already ended.
@@ -403,90 +412,98 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
     functionals: &[&'a Functional],
     members: &[&Problem<D>],
 ) -> Descent<'a, S, D> {
-    let lane = |l: usize| members[if l < members.len() { l } else { 0 }];
-    let bases: Vec<&[Vector<f64, D>]> = (0..S::LANES).map(|l| &lane(l).base[..]).collect();
-    let is_data: Vec<Vec<bool>> = (0..S::LANES)
-        .map(|l| {
-            let mut data = vec![false; lane(l).vertices()];
-            lane(l).data.iter().for_each(|&row| data[row as usize] = true);
-            data
-        })
-        .collect();
-    let is_data: Vec<&[bool]> = is_data.iter().map(|data| &data[..]).collect();
-    let mut edges = Edges::<S, D>::new(lane(0).closed, &bases, &is_data);
-    for l in 0..S::LANES {
-        edges.set_free(l, &lane(l).free);
-        edges.set_taut(l, &lane(l).taut);
-        edges.set_fences(l, &lane(l).fences);
-    }
-    if plan.order > 2 {
-        edges.stand_for_ends();
-    }
-    let number = <S::Number as Scalar>::of;
-    let each = |value: &dyn Fn(&Problem<D>) -> f64| {
-        let mut out = S::ZERO;
-        (0..S::LANES).for_each(|l| out.set_lane(l, number(value(lane(l)))));
-        out
-    };
+    let lanes: Vec<&Problem<D>> = (0..S::LANES).map(|l| *members.get(l).unwrap_or(&members[0])).collect();
+    let edges = edges_of::<S, D>(plan, &lanes);
     let mut movable = vec![S::ZERO; edges.rows()];
-    let attached = members.iter().any(|problem| !problem.attached.is_empty());
-    let mut vertices = vec![S::ZERO; edges.rows()];
-    let mut holds = vec![([S::ZERO; D], Hold::<S, D>::NONE); if attached { edges.rows() } else { 0 }];
-    for l in 0..S::LANES {
-        let problem = lane(l);
-        (0..problem.vertices()).for_each(|row| movable[row].set_lane(l, number(1.0)));
-        problem.pinned.iter().for_each(|&row| movable[row as usize].set_lane(l, number(0.0)));
-        if problem.is_loose() && problem.surface.is_some() {
-            let whole = number(problem.stiffness_of_all());
-            (0..problem.vertices()).for_each(|row| vertices[row].set_lane(l, whole));
-        }
-        for attached in &problem.attached {
-            let row = attached.row as usize;
-            vertices[row].set_lane(l, number(attached.stiffness));
-            let (target, hold) = &mut holds[row];
-            (0..D).for_each(|c| target[c].set_lane(l, number(attached.target[c])));
-            hold.spring.set_lane(l, number(attached.hold.spring));
-            hold.wall.set_lane(l, number(attached.hold.wall));
-            hold.reach.set_lane(l, number(attached.hold.reach));
-            (0..D).for_each(|c| hold.rail[c].set_lane(l, number(attached.hold.rail[c])));
-            hold.place.set_lane(l, number(attached.hold.place));
-        }
+    for (l, problem) in lanes.iter().enumerate() {
+        (0..problem.vertices()).for_each(|row| movable[row].set_lane(l, S::ONE.lane(0)));
+        problem.pinned.iter().for_each(|&row| movable[row as usize].set_lane(l, S::ZERO.lane(0)));
     }
+    let (holds, vertices) = holds_of(&lanes, edges.rows());
     let layers = members.iter().map(|problem| problem.walls.len()).max().unwrap_or(0);
     let mut walls = vec![vec![Wall::<S, D>::NONE; if layers > 0 { edges.rows() } else { 0 }]; layers];
-    for (l, layer) in (0..S::LANES).flat_map(|l| (0..lane(l).walls.len()).map(move |layer| (l, layer))) {
-        for (to, wall) in walls[layer].iter_mut().zip(&lane(l).walls[layer]) {
-            to.set_lane(l, wall);
+    for (l, problem) in lanes.iter().enumerate() {
+        for (to, walls) in walls.iter_mut().zip(&problem.walls) {
+            to.iter_mut().zip(walls).for_each(|(to, wall)| to.set_lane(l, wall));
         }
     }
-    let attached = attached || members.iter().any(|problem| problem.is_loose() && problem.surface.is_some());
-    let weights = Weights { highest: each(&|problem| problem.highest), vertices, attached };
-    let terms = functionals.iter().enumerate().map(|(k, f)| (each(&|problem| problem.weights[k]), *f)).collect();
-    let gauge = each(&|problem| problem.gauge);
-    let bounds: Vec<Bounds> = (0..S::LANES).map(|l| lane(l).bounds()).collect();
-    let limited = |order: usize| order_of(order, lane(0).closed, lane(0).vertices());
+    let is_sliding = |problem: &Problem<D>| problem.is_loose() && problem.surface.is_some();
+    let attached = !holds.is_empty() || lanes.iter().any(|problem| is_sliding(problem));
+    let weights = Weights { highest: each(&lanes, |problem| problem.highest), vertices, attached };
+    let terms = functionals.iter().enumerate().map(|(k, f)| (each(&lanes, |problem| problem.weights[k]), *f)).collect();
+    let gauge = each(&lanes, |problem| problem.gauge);
+    let bounds: Vec<Bounds> = lanes.iter().map(|problem| problem.bounds()).collect();
+    let limited = |order: usize| order_of(order, lanes[0].closed, lanes[0].vertices());
     // A triangle has no room for the third derivative.
     let order = limited(plan.order);
     // Two vertices have no room for the gauge. Without it edges may share a length in any way, and H
     // is singular.
     let wanted = plan.order.max(2);
-    let has_hessian = limited(wanted) == wanted && lane(0).gauge != 0.0;
+    let has_hessian = limited(wanted) == wanted && lanes[0].gauge != 0.0;
     let solver = if has_hessian { plan.solver } else { Solver::Sobolev };
     let plan = Plan { solver, order, gauge: limited(plan.gauge) };
     let mut descent = Descent::new(plan, edges, movable, weights, terms, gauge, holds, &bounds);
     descent.walls = walls;
-    descent.enclosing = Enclosing {
-        area: each(&|problem| problem.enclosing.area),
-        multiplier: each(&|problem| problem.enclosing.multiplier),
-        stiffness: each(&|problem| problem.enclosing.stiffness),
-    };
-    descent.is_enclosing = members.iter().any(|problem| problem.enclosing.stiffness > 0.0);
-    if const { D == 3 } && lane(0).surface.is_some() {
-        let own = |l: usize| lane(l).surface.as_ref().map(|surface| (surface, &lane(l).places[..]));
-        let surfaces: Vec<_> = (0..S::LANES).filter_map(own).collect();
+    for (l, problem) in lanes.iter().enumerate() {
+        descent.enclosing.set_lane(l, &problem.enclosing);
+        descent.is_enclosing |= problem.enclosing.stiffness > 0.0;
+    }
+    if const { D == 3 } && lanes[0].surface.is_some() {
+        let surfaces: Vec<_> =
+            lanes.iter().filter_map(|own| own.surface.as_ref().map(|surface| (surface, &own.places[..]))).collect();
         descent.within = Some(Within::new(&surfaces, &descent.edges));
-        descent.least_damping = each(&|problem| if problem.is_loose() { SLIDING } else { 0.0 });
+        descent.least_damping = each(&lanes, |problem| if problem.is_loose() { SLIDING } else { 0.0 });
     }
     descent.lanes[members.len()..].iter_mut().for_each(|lane| lane.termination = TerminationStatus::Exhausted);
     descent
+}
+
+/// The edges of curves side by side.
+fn edges_of<S: Scalar, const D: usize>(plan: &Plan, lanes: &[&Problem<D>]) -> Edges<S, D> {
+    let bases: Vec<&[Vector<f64, D>]> = lanes.iter().map(|problem| &problem.base[..]).collect();
+    let is_data: Vec<Vec<bool>> = lanes
+        .iter()
+        .map(|problem| {
+            let mut data = vec![false; problem.vertices()];
+            problem.data.iter().for_each(|&row| data[row as usize] = true);
+            data
+        })
+        .collect();
+    let is_data: Vec<&[bool]> = is_data.iter().map(|data| &data[..]).collect();
+    let mut edges = Edges::<S, D>::new(lanes[0].closed, &bases, &is_data);
+    for (l, problem) in lanes.iter().enumerate() {
+        edges.set_free(l, &problem.free);
+        edges.set_taut(l, &problem.taut);
+        edges.set_fences(l, &problem.fences);
+    }
+    if plan.order > 2 {
+        edges.stand_for_ends();
+    }
+    edges
+}
+
+/// What holds the vertices of curves side by side, empty where nothing is attached, and the weight of
+/// |g|² at each vertex in the inner product.
+#[allow(clippy::type_complexity)]
+fn holds_of<S: Scalar, const D: usize>(
+    lanes: &[&Problem<D>],
+    rows: usize,
+) -> (Vec<(Vector<S, D>, Hold<S, D>)>, Vec<S>) {
+    let attached = lanes.iter().any(|problem| !problem.attached.is_empty());
+    let mut holds = vec![([S::ZERO; D], Hold::<S, D>::NONE); if attached { rows } else { 0 }];
+    let mut weights = vec![S::ZERO; rows];
+    for (l, problem) in lanes.iter().enumerate() {
+        if problem.is_loose() && problem.surface.is_some() {
+            let whole = number::<S>(problem.stiffness_of_all());
+            weights[..problem.vertices()].iter_mut().for_each(|weight| weight.set_lane(l, whole));
+        }
+        for attached in &problem.attached {
+            let row = attached.row as usize;
+            weights[row].set_lane(l, number::<S>(attached.stiffness));
+            let (target, hold) = &mut holds[row];
+            (0..D).for_each(|c| target[c].set_lane(l, number::<S>(attached.target[c])));
+            hold.set_lane(l, &attached.hold);
+        }
+    }
+    (holds, weights)
 }

@@ -7,7 +7,6 @@ use std::ops::Range;
 
 use super::constrain::{Constrained, bends, constrained, lay_short, repeat};
 use super::division::{components, divide};
-use super::enclosed::Enclosing;
 use super::energy::{Energy, Functional, of_spans};
 use super::fair::{Fair, Pins};
 use super::onto::{local, lost_between};
@@ -202,49 +201,28 @@ fn ready<const D: usize>(
 ) -> Result<PreparedCurve<D>, Unfitted> {
     let closed = batch.is_closed(i);
     let points = batch.points(i).as_chunks::<D>().0;
-    let (mut vertices, mut rows) = divide(curve, points, fair.segments, interpolates, fair.surface.as_deref());
-    if let Some(surface) = &fair.surface
-        && let Some(row) = lost_between(&**surface, &vertices)
-    {
-        let k = rows.partition_point(|&own| own as usize <= row).saturating_sub(1).min(points.len() - 1);
-        return Err(Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, k, &lost(&**surface)) });
-    }
     let pinned_at = |k: usize| match fair.pins {
         Pins::All => true,
         Pins::Ends => !closed && (k == 0 || k + 1 == points.len()),
         Pins::None => (kept[0] && k == 0) || (kept[1] && k + 1 == points.len()),
     };
     let is_pinned = |&k: &usize| pinned_at(k) || batch.is_pinned(i, k);
-    let order = fair.energy.order();
-    let mut given = constrained::<D>(batch, i, &rows, &vertices, closed, order, fair.surface.as_deref())?;
-    if !given.is_empty() {
-        let bends = bends(&given, &vertices, &rows, closed);
-        for (vertex, bend) in vertices.iter_mut().zip(bends).filter(|(_, bend)| *bend != [0.0; D]) {
-            let bent = add(*vertex, bend);
-            *vertex = match &fair.surface {
-                None => bent,
-                Some(surface) => surface.project(vector(&bent)).map_or(*vertex, |foot| components(foot.to_array())),
-            };
-        }
-    }
-    repeat(&mut given, &mut vertices, &mut rows, closed);
-    let lined = lay_straight(fair, batch, i, &rows, &mut vertices, &is_pinned);
-    let attached = fair.energy.attachment_weight();
+    let start = start_polygon::<D>(fair, batch, i, curve, interpolates, &is_pinned)?;
+    let StartPolygon { vertices, rows, given, .. } = &start;
     let size = Bounds::of(points.iter().copied()).diagonal();
     let scaled = |v: Vector<f64, D>| v.map(|x| x / size);
     let mut base: Vec<Vector<f64, D>> = vertices.windows(2).map(|ends| scaled(subtract(ends[1], ends[0]))).collect();
     base.extend(closed.then(|| scaled(subtract(vertices[0], vertices[vertices.len() - 1]))));
-    let short = lay_short(&given, &mut base, size);
+    let short = lay_short(given, &mut base, size);
     let lengths: Vec<f64> = base.iter().map(|edge| dot(*edge, *edge).sqrt()).collect();
     let length: f64 = lengths.iter().sum();
     let curvature = mean_curvature(&base, &lengths, closed).max(LEAST_CURVATURE);
-    let (mut energy_weights, energy_unit) = normalised_weights(&fair.energy, size, curvature);
+    let (mut weights, energy_unit) = normalised_weights(&fair.energy, size, curvature);
     // Tension counts edges, and short ones do not count.
-    let tensions = energy_weights
-        .iter_mut()
-        .zip(fair.energy.terms())
-        .filter(|(_, (_, own))| matches!(own, Functional::Tension(_)));
-    tensions.for_each(|(weight, _)| *weight *= 1.0 - short as f64 / base.len() as f64);
+    let terms = weights.iter_mut().zip(fair.energy.terms());
+    terms
+        .filter(|(_, (_, own))| matches!(own, Functional::Tension(_)))
+        .for_each(|(weight, _)| *weight *= 1.0 - short as f64 / base.len() as f64);
     let refuse =
         |k: usize, status: CurveStatus, what: &str| Err(Unfitted { status, message: batch.sentence(i, k, what) });
     let in_range = |x: f64| x > 0.0 && x.is_finite();
@@ -256,41 +234,8 @@ fn ready<const D: usize>(
         let what = "it goes there and back on one line, which has no side to turn to: give it more points, or more segments a span";
         return refuse(0, CurveStatus::Degenerate, what);
     }
-    // The last points of a closed curve may repeat its first.
-    let mut data: Vec<u32> = rows[..points.len()].iter().map(|&row| row % vertices.len() as u32).collect();
-    let fixed = || {
-        given
-            .iter()
-            .flat_map(Constrained::rows)
-            .map(|row| row as u32 % vertices.len() as u32)
-            .chain(lined.iter().copied())
-    };
-    // A constraint at a point pins the point.
-    let pinned = increasing((0..points.len()).filter(is_pinned).map(|k| data[k]).chain(fixed()).collect());
-    let point_of = |row: u32| rows[..points.len()].partition_point(|&own| own <= row).saturating_sub(1);
-    let through: Vec<_> = pinned.iter().map(|&row| (point_of(row), vertices[row as usize])).collect();
-    if let Some((point, what)) = fair.limits.problem::<D>(batch, i, &rows, &through) {
-        return refuse(point, CurveStatus::Invalid, &what);
-    }
-    let mut targets: Vec<Attached<D>> = Vec::new();
-    if attached > 0.0 {
-        let weight = |k: usize| batch.weights(i).map_or(1.0, |weights| weights[k]);
-        for k in (0..points.len()).filter(|&k| pinned.binary_search(&data[k]).is_err()) {
-            let at = scaled(subtract(points[k], vertices[data[k] as usize]));
-            attach(&mut targets, data[k], weight(k) * attached * size * size / energy_unit, at);
-        }
-    }
-    if fair.surface.is_some() && pinned.is_empty() && attached == 0.0 {
-        if !closed {
-            let what = "nothing holds an open curve in its surface: pin its ends, or attach it";
-            return refuse(0, CurveStatus::Invalid, what);
-        }
-        // It goes through none of its points, and all its edges are equal.
-        data.truncate(1);
-    }
-    data.extend(fixed());
-    let data = increasing(data);
-    let order = order_of(order, closed, vertices.len());
+    let Held { data, pinned, attached } = held(fair, batch, i, &start, [size, energy_unit], &is_pinned)?;
+    let order = order_of(fair.energy.order(), closed, vertices.len());
     if order > 1
         && let Some(j) = fold(&base, &lengths, closed)
     {
@@ -299,44 +244,135 @@ fn ready<const D: usize>(
                     aside, or give it a tangent";
         return refuse(k, CurveStatus::Degenerate, what);
     }
-    let highest = highest_weight(&fair.energy, &energy_weights, length, curvature);
+    let highest = highest_weight(&fair.energy, &weights, length, curvature);
     let h = length / base.len() as f64;
-    let chords: f64 = points.windows(2).map(|pair| distance(pair[0], pair[1])).sum::<f64>()
-        + if closed { distance(points[points.len() - 1], points[0]) } else { 0.0 };
     let (gauge, power) = gauge_of(order, order < 3 && fair.surface.is_none(), highest, h);
     // Length alone lets vertices of attached curves run together. Pinned curves take one step.
-    let gauge = if order > 1 || (order == 1 && attached > 0.0) { gauge } else { 0.0 };
-    let free = free(&lengths, &data, closed, power);
-    let longest = if fair.energy.bounds_length() { f64::INFINITY } else { LONGEST * chords / size };
-    let problem = Problem {
+    let has_gauge = order > 1 || (order == 1 && fair.energy.attachment_weight() > 0.0);
+    let chords: f64 = batch.chords(i).sum();
+    let problem = Box::new(Problem {
         has_tangents: short > 0,
         closed,
         base,
+        free: free(&lengths, &data, closed, power),
         data,
         pinned,
-        attached: targets,
-        weights: energy_weights,
-        gauge,
-        free,
-        taut: if fair.energy.is_taut() { of_spans(points, &rows, closed, size) } else { Vec::new() },
-        fences: Default::default(),
-        walls: Vec::new(),
-        enclosing: Enclosing::default(),
-        places: Vec::new(),
-        surface: local(fair, &vertices, size),
-        ways: Default::default(),
+        attached,
+        weights,
+        gauge: if has_gauge { gauge } else { 0.0 },
+        taut: if fair.energy.is_taut() { of_spans(points, rows, closed, size) } else { Vec::new() },
+        surface: local(fair, vertices, size),
         highest,
         curvature,
         tolerance: fair.tolerance,
-        longest,
+        longest: if fair.energy.bounds_length() { f64::INFINITY } else { LONGEST * chords / size },
         most_iterations: fair.max_iterations,
-    };
-    let problem = Box::new(problem);
+        ..Problem::default()
+    });
+    let StartPolygon { vertices, rows, given, .. } = start;
     let mut ready = PreparedCurve { problem, vertices, rows, given, size, energy_unit };
     if ready.problem.surface.is_some() {
         ready.place();
     }
     Ok(ready)
+}
+
+/// The polygon that a curve starts from, in units of the input.
+struct StartPolygon<const D: usize> {
+    vertices: Vec<Vector<f64, D>>,
+    /// The vertices of the data points, and of the first once more if it is closed.
+    rows: Vec<u32>,
+    given: Vec<Constrained<D>>,
+    /// The rows of spans that can only be straight.
+    straight: Vec<u32>,
+}
+
+/// Divides the start into edges, which meet its constraints.
+fn start_polygon<const D: usize>(
+    fair: &Fair,
+    batch: &CurveBatch,
+    i: usize,
+    curve: &dyn Curve,
+    interpolates: bool,
+    is_pinned: &dyn Fn(&usize) -> bool,
+) -> Result<StartPolygon<D>, Unfitted> {
+    let (closed, surface) = (batch.is_closed(i), fair.surface.as_deref());
+    let points = batch.points(i).as_chunks::<D>().0;
+    let (mut vertices, mut rows) = divide(curve, points, fair.segments, interpolates, surface);
+    if let Some(surface) = surface
+        && let Some(row) = lost_between(surface, &vertices)
+    {
+        let k = rows.partition_point(|&own| own as usize <= row).saturating_sub(1).min(points.len() - 1);
+        return Err(Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, k, &lost(surface)) });
+    }
+    let mut given = constrained::<D>(batch, i, &rows, &vertices, closed, fair.energy.order(), surface)?;
+    if !given.is_empty() {
+        let bends = bends(&given, &vertices, &rows, closed);
+        for (vertex, bend) in vertices.iter_mut().zip(bends).filter(|(_, bend)| *bend != [0.0; D]) {
+            let bent = add(*vertex, bend);
+            *vertex = match surface {
+                None => bent,
+                Some(surface) => surface.project(vector(&bent)).map_or(*vertex, |foot| components(foot.to_array())),
+            };
+        }
+    }
+    repeat(&mut given, &mut vertices, &mut rows, closed);
+    let straight = lay_straight(fair, batch, i, &rows, &mut vertices, &is_pinned);
+    Ok(StartPolygon { vertices, rows, given, straight })
+}
+
+/// What holds the vertices of a curve at size 1.
+struct Held<const D: usize> {
+    /// The rows of vertices at which edges may differ in length: data points, and what is given.
+    data: Vec<u32>,
+    pinned: Vec<u32>,
+    attached: Vec<Attached<D>>,
+}
+
+/// Pins and attaches the vertices of a curve of this size, whose energy has this unit.
+fn held<const D: usize>(
+    fair: &Fair,
+    batch: &CurveBatch,
+    i: usize,
+    start: &StartPolygon<D>,
+    [size, energy_unit]: [f64; 2],
+    is_pinned: &dyn Fn(&usize) -> bool,
+) -> Result<Held<D>, Unfitted> {
+    let StartPolygon { vertices, rows, given, straight } = start;
+    let points = batch.points(i).as_chunks::<D>().0;
+    let invalid =
+        |k: usize, what: &str| Err(Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, k, what) });
+    let count = vertices.len() as u32;
+    // The last points of a closed curve may repeat its first.
+    let mut data: Vec<u32> = rows[..points.len()].iter().map(|&row| row % count).collect();
+    let given_rows = given.iter().flat_map(Constrained::rows).map(|row| row as u32 % count);
+    let fixed: Vec<u32> = given_rows.chain(straight.iter().copied()).collect();
+    // A constraint at a point pins the point.
+    let of_points = (0..points.len()).filter(is_pinned).map(|k| data[k]);
+    let pinned = increasing(of_points.chain(fixed.iter().copied()).collect());
+    let point_of = |row: u32| rows[..points.len()].partition_point(|&own| own <= row).saturating_sub(1);
+    let through: Vec<_> = pinned.iter().map(|&row| (point_of(row), vertices[row as usize])).collect();
+    if let Some((point, what)) = fair.limits.problem::<D>(batch, i, rows, &through) {
+        return invalid(point, &what);
+    }
+    let weight = fair.energy.attachment_weight();
+    let mut attached: Vec<Attached<D>> = Vec::new();
+    if weight > 0.0 {
+        let own = |k: usize| batch.weights(i).map_or(1.0, |weights| weights[k]);
+        for k in (0..points.len()).filter(|&k| pinned.binary_search(&data[k]).is_err()) {
+            let at = subtract(points[k], vertices[data[k] as usize]).map(|x| x / size);
+            attach(&mut attached, data[k], own(k) * weight * size * size / energy_unit, at);
+        }
+    }
+    if fair.surface.is_some() && pinned.is_empty() && weight == 0.0 {
+        if !batch.is_closed(i) {
+            return invalid(0, "nothing holds an open curve in its surface: pin its ends, or attach it");
+        }
+        // It goes through none of its points, and all its edges are equal.
+        data.truncate(1);
+    }
+    data.extend(fixed);
+    Ok(Held { data: increasing(data), pinned, attached })
 }
 
 /// Lays the vertices of spans that can only be straight on their chords, between points that stay and ask for nothing else.

@@ -35,89 +35,97 @@ impl Fair {
         ready: &PreparedCurve<D>,
         outcome: &Outcome<D>,
     ) -> (CurveReport, Option<Vertices>) {
-        let say = |what: String| Some(batch.sentence(i, 0, &what));
-        let (norm, iterations) = (outcome.norm, outcome.iterations);
-        let folded = || {
-            format!(
-                "after {iterations} iterations its polygon folds: it turns by more than 90° at a vertex, where variation measures no \
-                 curvature any more; ask for more segments a span"
-            )
+        let (status, what) = self.ended(ready, outcome);
+        let iterations = outcome.iterations;
+        let as_it_was = |status: CurveStatus, what: &str| {
+            let report = CurveReport::unfitted(status, batch.sentence(i, 0, what));
+            (CurveReport { iterations, ..report }, None)
         };
-        let (status, message) = match outcome.termination {
-            TerminationStatus::Converged => (CurveStatus::Converged, None),
-            TerminationStatus::Unbounded => {
-                let what = format!(
-                    "its length passed {LONGEST} times that of its points' polygon after {iterations} iterations while its energy fell: \
-                     this energy has no minimum here, and the curve stays as it is; add tautness to it, such as tautness=1"
-                );
-                let report = CurveReport::unfitted(CurveStatus::Unbounded, batch.sentence(i, 0, &what));
-                return (CurveReport { iterations, ..report }, None);
-            }
-            TerminationStatus::Broken => {
-                let what = "its energy is no number: neighbouring points are too close for its size, or it turns back on \
-                            itself; remove points that almost coincide";
-                let report = CurveReport::unfitted(CurveStatus::Invalid, batch.sentence(i, 0, what));
-                return (report, None);
-            }
-            TerminationStatus::Stalled => (
-                CurveStatus::NotConverged,
-                say(format!(
-                    "after {iterations} iterations no step leads further down, with a gradient of {norm:.1e} where {:.1e} was asked for: \
-                     the curve is the best one reached; {}",
-                    ready.problem.tolerance,
-                    if norm <= ROUNDING_REACHES * ready.problem.tolerance {
-                        format!("ask for a larger tolerance, such as {:.0e}", 10.0 * norm)
-                    } else {
-                        self.remedy().into()
-                    }
-                )),
-            ),
-            TerminationStatus::Folded => (CurveStatus::NotConverged, say(folded())),
-            TerminationStatus::Running => (
-                CurveStatus::NotConverged,
-                say("the device was lost before the curve was fitted: it is the spline it would have started from"
-                    .into()),
-            ),
-            TerminationStatus::Exhausted => (
-                CurveStatus::NotConverged,
-                say(format!(
-                    "{iterations} iterations were not enough, with a gradient of {norm:.1e} where {:.1e} was asked for: {}",
-                    ready.problem.tolerance,
-                    if iterations < ENOUGH_ITERATIONS { "allow more" } else { self.remedy() }
-                )),
-            ),
-        };
+        let what = what.as_deref();
+        if matches!(status, CurveStatus::Unbounded | CurveStatus::Invalid) {
+            return as_it_was(status, what.unwrap_or_default());
+        }
         let vertices = ready.vertices_of(outcome);
         let points = batch.points(i).as_chunks::<D>().0;
         let times = length(&vertices, ready.problem.closed) / length(points, ready.problem.closed);
         // Attached curves keep to their points, and small rings may grow round.
         let loops = (times > ASTRAY && ready.problem.attached.is_empty()).then_some(times);
         if status == CurveStatus::NotConverged && loops.is_some() {
-            let what = format!(
+            let astray = format!(
                 "after {iterations} iterations it has not converged, and is {times:.1} times as long as its points' polygon: it is on its way into \
                  loops, and stays as it is; {}",
                 self.remedy()
             );
-            let what = if outcome.termination == TerminationStatus::Folded { folded() } else { what };
-            let report = CurveReport::unfitted(status, batch.sentence(i, 0, &what));
-            return (CurveReport { iterations, ..report }, None);
+            let is_folded = outcome.termination == TerminationStatus::Folded;
+            return as_it_was(status, what.filter(|_| is_folded).unwrap_or(&astray));
         }
-        let looping = || {
-            format!(
-                "it is {times:.1} times as long as its points' polygon: loops cost less than turns between its points"
-            )
-        };
+        let looping = format!(
+            "it is {times:.1} times as long as its points' polygon: loops cost less than turns between its points"
+        );
+        let what = what.or_else(|| loops.map(|_| &looping[..]));
         let report = CurveReport {
             status,
-            message: message.or_else(|| loops.and_then(|_| say(looping()))),
+            message: what.map(|what| batch.sentence(i, 0, what)),
             energy: outcome.energy * ready.energy_unit,
             iterations,
-            gradient_norm: norm,
+            gradient_norm: outcome.norm,
             loops,
             max_deviation: deviation(&vertices, &ready.rows, points),
             ..CurveReport::default()
         };
         (report, Some(Vertices::of(ready, outcome)))
+    }
+
+    /// The status of a curve by the end of its descent, and what there is to say.
+    fn ended<const D: usize>(&self, ready: &PreparedCurve<D>, outcome: &Outcome<D>) -> (CurveStatus, Option<String>) {
+        let (norm, iterations, tolerance) = (outcome.norm, outcome.iterations, ready.problem.tolerance);
+        let (status, what) = match outcome.termination {
+            TerminationStatus::Converged => return (CurveStatus::Converged, None),
+            TerminationStatus::Unbounded => (
+                CurveStatus::Unbounded,
+                format!(
+                    "its length passed {LONGEST} times that of its points' polygon after {iterations} iterations while its energy fell: \
+                     this energy has no minimum here, and the curve stays as it is; add tautness to it, such as tautness=1"
+                ),
+            ),
+            TerminationStatus::Broken => (
+                CurveStatus::Invalid,
+                "its energy is no number: neighbouring points are too close for its size, or it turns back on itself; \
+                 remove points that almost coincide"
+                    .into(),
+            ),
+            TerminationStatus::Stalled => {
+                let remedy = if norm <= ROUNDING_REACHES * tolerance {
+                    format!("ask for a larger tolerance, such as {:.0e}", 10.0 * norm)
+                } else {
+                    self.remedy().into()
+                };
+                let what = format!(
+                    "after {iterations} iterations no step leads further down, with a gradient of {norm:.1e} where {tolerance:.1e} was asked for: \
+                     the curve is the best one reached; {remedy}"
+                );
+                (CurveStatus::NotConverged, what)
+            }
+            TerminationStatus::Folded => (
+                CurveStatus::NotConverged,
+                format!(
+                    "after {iterations} iterations its polygon folds: it turns by more than 90° at a vertex, where variation measures no \
+                     curvature any more; ask for more segments a span"
+                ),
+            ),
+            TerminationStatus::Running => (
+                CurveStatus::NotConverged,
+                "the device was lost before the curve was fitted: it is the spline it would have started from".into(),
+            ),
+            TerminationStatus::Exhausted => {
+                let remedy = if iterations < ENOUGH_ITERATIONS { "allow more" } else { self.remedy() };
+                let what = format!(
+                    "{iterations} iterations were not enough, with a gradient of {norm:.1e} where {tolerance:.1e} was asked for: {remedy}"
+                );
+                (CurveStatus::NotConverged, what)
+            }
+        };
+        (status, Some(what))
     }
 
     /// The remedy for a curve that does not converge.

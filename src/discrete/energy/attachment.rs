@@ -2,7 +2,7 @@
 
 use super::{Energy, Facts, Functional};
 use crate::linalg::Scalar;
-use crate::linalg::scalar::{Vector, add, dot, scale};
+use crate::linalg::scalar::{Vector, add, dot, number, scale};
 
 /// The attachment ½ Σ w |f − p|² over the data points p, in units of length².
 ///
@@ -52,6 +52,15 @@ pub(crate) struct Hold<S, const D: usize> {
 impl<S: Scalar, const D: usize> Hold<S, D> {
     /// Nothing holds the vertex.
     pub const NONE: Self = Hold { spring: S::ZERO, wall: S::ZERO, reach: S::ZERO, rail: [S::ZERO; D], place: S::ZERO };
+
+    /// Sets what holds the vertex of a lane.
+    pub fn set_lane(&mut self, lane: usize, hold: &Hold<f64, D>) {
+        self.spring.set_lane(lane, number::<S>(hold.spring));
+        self.wall.set_lane(lane, number::<S>(hold.wall));
+        self.reach.set_lane(lane, number::<S>(hold.reach));
+        (0..D).for_each(|c| self.rail[c].set_lane(lane, number::<S>(hold.rail[c])));
+        self.place.set_lane(lane, number::<S>(hold.place));
+    }
 
     /// s, of f − p.
     #[inline(always)]
