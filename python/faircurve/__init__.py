@@ -14,6 +14,7 @@ from ._arrays import Ragged, ragged
 from ._core import __version__, adapters
 from ._energy import Energy, attachment, bending, geodesic_bending, length, tautness, tension, torsion, variation
 from ._fit import Fit
+from ._formula import Expression, ExpressionVector, custom
 from ._methods import Fair, Geodesic, Natural, Smooth, Smoothing
 from ._splines import CubicSplineBatch, PPolyBatch
 from ._surfaces import HeightField, Mesh
@@ -22,6 +23,8 @@ from ._tables import FairBatch
 __all__ = [
     "CubicSplineBatch",
     "Energy",
+    "Expression",
+    "ExpressionVector",
     "Fair",
     "FairBatch",
     "Fit",
@@ -38,6 +41,7 @@ __all__ = [
     "attachment",
     "bending",
     "bezier",
+    "custom",
     "geodesic_bending",
     "laplacian",
     "length",

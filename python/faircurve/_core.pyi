@@ -139,7 +139,7 @@ def in_surface(
 ) -> Fit: ...
 def fair(
     batch: Batch,
-    terms: Sequence[tuple[str, float, float]],
+    terms: Sequence[tuple[str, float, float | tuple[int, float, Sequence[tuple[str, float, Sequence[int]]]]]],
     per_span: int,
     spacing: float | None,
     pins: str,

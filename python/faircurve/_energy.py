@@ -5,19 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+Formula = tuple[int, float, tuple[tuple[str, float, tuple[int, ...]], ...]]
+
 
 @dataclass(frozen=True)
 class Energy:
     """A weighted sum of energies.
 
-    Made by :func:`bending`, :func:`geodesic_bending`, :func:`length`, :func:`tension`, :func:`tautness`, :func:`variation`, :func:`torsion` and :func:`attachment`.
+    Made by :func:`bending`, :func:`geodesic_bending`, :func:`length`, :func:`tension`, :func:`tautness`, :func:`variation`, :func:`torsion`, :func:`attachment` and :func:`custom`.
     Weights are in units of the input; that of tautness against bending has none.
 
     >>> bending(2) + 0.1 * length()
     Energy(terms=(('bending', 1.0, 2.0), ('length', 0.1, 2.0)))
     """
 
-    terms: tuple[tuple[str, float, float], ...]
+    terms: tuple[tuple[str, float, float | Formula], ...]
 
     def __add__(self, other: Energy) -> Energy:
         if not isinstance(other, Energy):
@@ -25,7 +27,7 @@ class Energy:
         return Energy(self.terms + other.terms)
 
     def __mul__(self, weight: float) -> Energy:
-        return Energy(tuple((name, float(weight) * own, exponent) for name, own, exponent in self.terms))
+        return Energy(tuple((name, float(weight) * own, detail) for name, own, detail in self.terms))
 
     __rmul__ = __mul__
 

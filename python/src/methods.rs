@@ -1,6 +1,6 @@
 //! The methods: each a function of a batch and of options that Python's classes hold.
 
-use faircurve::discrete::{Energy, Fair, Limits, Region, Segments};
+use faircurve::discrete::{Energy, Expression, Fair, Limits, MOST_EDGES, Region, Segments};
 use faircurve::scf::{Smooth, Start};
 use faircurve::spline::{Ends, Natural, Parametrisation, Smoothing, SmoothingTarget, SurfaceSpline};
 use faircurve::{CurveBatch, Deviation, Device, Work};
@@ -111,11 +111,70 @@ pub fn smoothing(
     fitted(py, batch, Place::new(device, precision)?, COST_OF_SMOOTHING, |batch, device| method.fit(batch, device))
 }
 
-/// The weighted sum of terms: names, weights and exponents.
-fn energy(terms: Vec<(String, f64, f64)>) -> PyResult<Energy> {
+/// What an energy has beside its name and weight.
+#[derive(FromPyObject)]
+pub enum Detail {
+    Exponent(f64),
+    /// The edges, the degree and the steps of a custom energy.
+    Formula(usize, f64, Vec<Step>),
+}
+
+/// An operation, its number, and the steps that it takes.
+type Step = (String, f64, Vec<usize>);
+
+/// A custom energy, whose steps are recorded once more.
+fn custom(name: &str, edges: usize, degree: f64, steps: &[Step]) -> PyResult<Energy> {
+    let is_known = |(at, (kind, number, operands)): (usize, &Step)| {
+        let count = match kind.as_str() {
+            "number" => Some(0),
+            "x" | "y" | "z" | "length" if *number >= 0.0 && *number < edges as f64 => Some(0),
+            "sqrt" | "power" => Some(1),
+            "add" | "subtract" | "multiply" | "divide" => Some(2),
+            "if_positive" => Some(3),
+            _ => None,
+        };
+        count == Some(operands.len()) && operands.iter().all(|&operand| operand < at)
+    };
+    if !(1..=MOST_EDGES).contains(&edges) {
+        return Err(PyValueError::new_err(format!(
+            "a term of the energy {name} is of {edges} edges; 1 to {MOST_EDGES} are possible"
+        )));
+    }
+    if steps.is_empty() || !steps.iter().enumerate().all(is_known) {
+        return Err(PyValueError::new_err(format!("the formula of {name} is not one that custom() recorded")));
+    }
+    Ok(Energy::custom(name, edges, degree, |t, s| {
+        let mut found: Vec<Expression<'_>> = Vec::with_capacity(steps.len());
+        for (kind, number, operands) in steps {
+            let (edge, of) = (*number as usize, |k: usize| found[operands[k]]);
+            found.push(match kind.as_str() {
+                "x" => t[edge].x,
+                "y" => t[edge].y,
+                "z" => t[edge].z,
+                "length" => s[edge],
+                "sqrt" => of(0).sqrt(),
+                "power" => of(0).powf(*number),
+                "add" => of(0) + of(1),
+                "subtract" => of(0) - of(1),
+                "multiply" => of(0) * of(1),
+                "divide" => of(0) / of(1),
+                "if_positive" => of(0).if_positive(of(1), of(2)),
+                _ => s[0].number(*number),
+            });
+        }
+        found[steps.len() - 1]
+    }))
+}
+
+/// The weighted sum of terms: names, weights and exponents or formulas.
+fn energy(terms: Vec<(String, f64, Detail)>) -> PyResult<Energy> {
     let mut sum = Energy::default();
-    for (name, weight, exponent) in terms {
-        let Some(energy) = Energy::named(&name) else {
+    for (name, weight, detail) in terms {
+        let named = match &detail {
+            Detail::Exponent(_) => Energy::named(&name),
+            Detail::Formula(edges, degree, steps) => Some(custom(&name, *edges, *degree, steps)?),
+        };
+        let Some(energy) = named else {
             let known = Energy::NAMES.join(", ");
             return Err(PyValueError::new_err(format!("there is no energy \"{name}\": {known} are possible")));
         };
@@ -124,7 +183,10 @@ fn energy(terms: Vec<(String, f64, f64)>) -> PyResult<Energy> {
             return Err(PyValueError::new_err(sentence));
         }
         if weight > 0.0 {
-            let energy = if name.ends_with("bending") { energy.with_exponent(exponent) } else { energy };
+            let energy = match detail {
+                Detail::Exponent(exponent) if name.ends_with("bending") => energy.with_exponent(exponent),
+                _ => energy,
+            };
             sum = sum + weight * energy;
         }
     }
@@ -170,7 +232,7 @@ impl Limited {
 pub fn fair(
     py: Python<'_>,
     batch: &Bound<'_, Batch>,
-    terms: Vec<(String, f64, f64)>,
+    terms: Vec<(String, f64, Detail)>,
     per_span: usize,
     spacing: Option<f64>,
     pins: &str,

@@ -1,5 +1,7 @@
 """The methods against SciPy and themselves, and what is refused."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -204,6 +206,26 @@ def test_fair_curves_of_a_batch_do_not_cross_where_their_points_do_not():
     assert not above(free) and above(apart)
     with pytest.raises(ValueError, match="curves in space pass by each other"):
         fc.Fair(no_crossing=True).fit([np.array([(0, 0, 0), (1, 1, 1), (2, 0, 0)])])
+
+
+def test_a_custom_energy_is_that_of_its_formula():
+    def elastica(t, s):
+        turn = t[1] - t[0]
+        return np.float64(2) * turn.dot(turn) / (s[0] + s[1])
+
+    curves = np.random.default_rng(5).normal(size=(20, 6, 3)).cumsum(axis=1)
+    own, built_in = (fc.Fair(energy + 0.5 * fc.length()).fit(curves) for energy in (fc.custom("elastica", 2, -1, elastica), fc.bending()))
+    assert own.status.tolist() == built_in.status.tolist()
+    assert np.allclose(own.report()["energy"], built_in.report()["energy"], rtol=1e-9)
+    # Every operation: stretched edges cost, short ones do not.
+    piece = fc.custom("piece", 1, 1, lambda t, s: abs(s[0] - 1).sqrt().maximum(0.0) ** 2 + (s[0] - 0.1).if_positive(-t[0].z, s[0] / 3))
+    assert pickle.loads(pickle.dumps(piece)) == piece
+    with pytest.raises(TypeError, match="has no value yet"):
+        fc.custom("choice", 1, 1, lambda t, s: s[0] if s[0] - 1 else t[0].x)
+    with pytest.raises(ValueError, match="0 edges"):
+        fc.Fair(fc.custom("nothing", 0, 1, lambda t, s: fc.Expression("number", 1.0))).fit(curves)
+    with pytest.raises(TypeError, match="must be a number made of tangents and lengths"):
+        fc.custom("constant", 1, 1, lambda t, s: 3.0)
 
 
 def test_fair_curves_keep_corridors_regions_directions_and_lengths():

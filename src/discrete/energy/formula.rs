@@ -167,6 +167,12 @@ impl<'t> Expression<'t> {
         }
     }
 
+    /// A constant of the same formula.
+    #[must_use]
+    pub fn number(self, x: f64) -> Self {
+        self.tape.number(x)
+    }
+
     /// √x
     #[must_use]
     pub fn sqrt(self) -> Self {
