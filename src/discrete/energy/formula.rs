@@ -123,28 +123,23 @@ impl Tape {
     /// The part of the list that these expressions need.
     pub fn program(&self, results: &[Expression<'_>]) -> Program {
         let nodes = self.nodes.borrow();
-        let mut places = vec![None; nodes.len()];
-        results.iter().for_each(|result| places[result.at] = Some(0));
-        for at in (0..nodes.len()).rev().filter(|&at| places[at].is_some()).collect::<Vec<_>>() {
-            let mut pending = vec![at];
-            while let Some(at) = pending.pop() {
+        let mut is_needed = vec![false; nodes.len()];
+        results.iter().for_each(|result| is_needed[result.at] = true);
+        for at in (0..nodes.len()).rev() {
+            if is_needed[at] {
                 nodes[at].map(|below| {
-                    if places[below].replace(0).is_none() {
-                        pending.push(below);
-                    }
+                    is_needed[below] = true;
                     below
                 });
             }
         }
+        let mut places = vec![0; nodes.len()];
         let mut needed = Vec::new();
-        for at in 0..nodes.len() {
-            if places[at].is_some() {
-                needed.push(nodes[at].map(|below| places[below].expect("a node stands after those it needs")));
-                places[at] = Some(needed.len() - 1);
-            }
+        for at in (0..nodes.len()).filter(|&at| is_needed[at]) {
+            places[at] = needed.len();
+            needed.push(nodes[at].map(|below| places[below]));
         }
-        let results = results.iter().map(|result| places[result.at].expect("results are needed")).collect();
-        Program { nodes: needed, results }
+        Program { nodes: needed, results: results.iter().map(|result| places[result.at]).collect() }
     }
 }
 
