@@ -83,7 +83,7 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     }
     let tolerances = args.bezier_tolerances(&batch)?;
     let volume = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "point"));
-    let topology = args.map.topology(&batch, args.tracks.given().as_deref())?;
+    let topology = args.map.topology(&batch, args.tracks.given().as_deref(), args.method.keeps_area())?;
     let fitted = topology.as_ref().map_or(&batch, |topology| topology.strokes());
     let work = Work { points: points(fitted, sampling), cost: args.method.cost() };
     let device = run.device(&work, volume, Some(fitted.len()))?;

@@ -56,7 +56,8 @@ pub struct MapArgs {
     /// By default only points that are exactly equal are one. D is in units of the input.
     #[arg(long, value_name = "D", allow_negative_numbers = true, help_heading = "Maps")]
     snap: Option<f64>,
-    /// How borders go through points where three or more meet [default: smooth]
+    /// How borders go through points where three or more meet [default: smooth, with
+    /// --preserve-area free]
     #[arg(long, value_enum, value_name = "HOW", help_heading = "Maps")]
     junctions: Option<Junctions>,
     /// What is done where curves cross each other or themselves [default: mend in files with
@@ -72,12 +73,17 @@ pub struct MapArgs {
 
 impl MapArgs {
     /// What the curves share, where that is asked for, and else the frame of the map. `option` is
-    /// one that is of each curve.
+    /// one that is of each curve. `keeps_area` says whether every border is to keep its area.
     ///
     /// # Errors
     /// Options of maps if borders are not looked for, options of single curves if they are, and the
     /// errors of [`Topology::new`].
-    pub fn topology(&self, batch: &CurveBatch, option: Option<&str>) -> Result<Option<Arc<Topology>>> {
+    pub fn topology(
+        &self,
+        batch: &CurveBatch,
+        option: Option<&str>,
+        keeps_area: bool,
+    ) -> Result<Option<Arc<Topology>>> {
         let wanted = match self.topology {
             Shared::Auto => batch.is_map(),
             Shared::Yes => true,
@@ -104,7 +110,8 @@ impl MapArgs {
         }
         let mut options = Options::of(batch);
         options.snap = self.snap.unwrap_or(options.snap);
-        if self.junctions == Some(Junctions::Free) {
+        let by_default = if keeps_area { Junctions::Free } else { Junctions::Smooth };
+        if self.junctions.unwrap_or(by_default) == Junctions::Free {
             options.straight = 0.0;
         }
         Topology::new(batch, &options).map(Some)

@@ -266,6 +266,11 @@ impl MethodArgs {
         }
     }
 
+    /// Whether curves keep the area of their points.
+    pub fn keeps_area(&self) -> bool {
+        self.limits.area()
+    }
+
     fn scf(&self) -> Result<Smooth> {
         self.refuse_distance("smooth connection functions")?;
         if self.solver.is_some_and(|solver| solver != Solver::Newton) {

@@ -339,3 +339,31 @@ fn polygons_are_mended_as_they_are_written() {
         .and(contains("0 decimals do not keep apart what is left: --digits 1 does"));
     run(&folder, "fit near.geojson -o near.csv --digits 0 --device cpu").code(0).stderr(said);
 }
+
+#[test]
+fn polygons_keep_their_areas_with_their_shared_borders() {
+    let folder = TempDir::new().unwrap();
+    // Two countries whose common border bulges, and an island.
+    let west = "[[[0,0],[2,0],[2.3,1],[2,2],[0,2],[0,1],[0,0]]]";
+    let east = "[[[2,0],[4,0],[4,1],[4,2],[2,2],[2.3,1],[2,0]]]";
+    let island = "[[[6,0],[7,0],[7.5,1],[7,2],[6,2],[5.5,1],[6,0]]]";
+    polygons(&folder, "map.geojson", &format!("{west}\n{east}\n{island}"));
+    let areas = |name: &str| -> Vec<f64> {
+        let batch = io::read(folder.path().join(name)).unwrap();
+        let area = |i: usize| {
+            let points = batch.points(i).as_chunks::<2>().0;
+            let cross = |k: usize| {
+                let ([x, y], [v, w]) = (points[k], points[(k + 1) % points.len()]);
+                x * w - y * v
+            };
+            0.5 * (0..points.len()).map(cross).sum::<f64>()
+        };
+        (0..batch.len()).map(area).collect()
+    };
+    for (file, option) in [("kept.geojson", "--preserve-area"), ("free.geojson", "--junctions free")] {
+        run(&folder, &format!("fit map.geojson -o {file} --method fair --deviation 0.3 --device cpu {option}")).code(0);
+    }
+    let [data, kept, free] = ["map.geojson", "kept.geojson", "free.geojson"].map(areas);
+    let apart = |found: &[f64]| data.iter().zip(found).map(|(a, b)| (b / a - 1.0).abs()).fold(0.0, f64::max);
+    assert!(apart(&kept) < 1e-6 && apart(&free) > 0.1, "{data:?} {kept:?} {free:?}");
+}

@@ -62,7 +62,7 @@ pub struct LimitArgs {
     /// Lets planar fair curves enclose the area that their points do, an open one with the chord
     /// between its ends
     ///
-    /// With shared borders every polygon of a map keeps its area.
+    /// With shared borders every polygon of a map keeps its area, but where crossings are mended.
     #[arg(long)]
     preserve_area: bool,
     /// Lets fair curves go along an axis from point to point, and not back: x, or x,y for two
@@ -104,6 +104,11 @@ impl LimitArgs {
     /// Whether curves keep the shape of their points.
     pub fn shape(&self) -> bool {
         self.preserve_shape
+    }
+
+    /// Whether curves keep the area of their points.
+    pub fn area(&self) -> bool {
+        self.preserve_area
     }
 
     /// The half-width of the corridor.
