@@ -25,7 +25,7 @@ impl Smoothing {
     ///
     /// # Errors
     /// λ that is negative, infinite or NaN; a deviation that is not positive and finite;
-    /// [`Parametrisation::Given`] without parameters; constraints other than pinned points.
+    /// [`Parametrisation::Given`](super::Parametrisation::Given) without parameters; constraints other than pinned points.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
         let device = &self.worker(device);
         let (splines, reports) = self.fit_splines(batch, device)?;

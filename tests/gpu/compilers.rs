@@ -111,18 +111,22 @@ fn table(found: &[Result<Compiled, String>]) -> BTreeMap<(String, String), Worst
     rows
 }
 
-/// The name of a kernel in the table. Descents by Newton's method with a thread or lanes a curve are several.
+/// The name of a kernel in the table. Descents are several: with a thread or lanes a curve, by Newton's method or by
+/// Sobolev gradients.
 fn kernel(key: &KernelKey) -> String {
     let has = |name: &str| key.definitions.contains_key(name);
-    let way = match (has("NEWTON"), has("LANES")) {
-        (true, true) if has("THIRD") && has("SPATIAL") => " Newton, lanes, order 3, spatial",
-        (true, true) if has("THIRD") => " Newton, lanes, order 3, planar",
-        (true, true) if has("SURFACE") => " Newton, lanes, in a surface",
-        (true, true) => " Newton, lanes",
-        (true, false) if FENCED.iter().any(|name| has(name)) => " Newton, thread, fenced",
-        (true, false) if has("SPATIAL") => " Newton, thread, spatial",
-        (true, false) => " Newton, thread, planar",
-        _ => "",
+    let way = match (has("SOBOLEV"), has("LANES")) {
+        _ if key.path != "discrete/descent.wgsl" => "",
+        (true, true) => " Sobolev, lanes",
+        (true, false) if has("SPATIAL") => " Sobolev, thread, spatial",
+        (true, false) => " Sobolev, thread, planar",
+        (false, true) if has("THIRD") && has("SPATIAL") => " Newton, lanes, order 3, spatial",
+        (false, true) if has("THIRD") => " Newton, lanes, order 3, planar",
+        (false, true) if has("SURFACE") => " Newton, lanes, in a surface",
+        (false, true) => " Newton, lanes",
+        (false, false) if FENCED.iter().any(|name| has(name)) => " Newton, thread, fenced",
+        (false, false) if has("SPATIAL") => " Newton, thread, spatial",
+        (false, false) => " Newton, thread, planar",
     };
     format!("{}:{}{way}", key.path, key.entry)
 }
