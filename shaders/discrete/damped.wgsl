@@ -35,11 +35,11 @@ fn end_before(lane: ptr<function, Lane>, curve: Curve, found: Found) {
     }
     (*lane).full = is_full;
     if ((is_sound && square <= least) || contracts) {
-        (*lane).termination = TERMINATION_CONVERGED;
+        (*lane).termination = TERMINATION_STATUS_CONVERGED;
     } else if (has_run_away(lane, curve)) {
-        (*lane).termination = TERMINATION_UNBOUNDED;
+        (*lane).termination = TERMINATION_STATUS_UNBOUNDED;
     } else if ((*lane).iterations >= states[curve.slot].most_iterations) {
-        (*lane).termination = TERMINATION_EXHAUSTED;
+        (*lane).termination = TERMINATION_STATUS_EXHAUSTED;
     }
 }
 
@@ -47,9 +47,9 @@ fn end_before(lane: ptr<function, Lane>, curve: Curve, found: Found) {
 fn take(lane: ptr<function, Lane>, taken: Taken) {
     (*lane).length = taken.length;
     if (is_out_of_range(taken.squares)) {
-        (*lane).termination = TERMINATION_BROKEN;
-    } else if ((*lane).termination == TERMINATION_RUNNING && falls_short(lane)) {
-        (*lane).termination = TERMINATION_STALLED;
+        (*lane).termination = TERMINATION_STATUS_BROKEN;
+    } else if ((*lane).termination == TERMINATION_STATUS_RUNNING && falls_short(lane)) {
+        (*lane).termination = TERMINATION_STATUS_STALLED;
     }
 }
 
@@ -79,8 +79,8 @@ fn judge(lane: ptr<function, Lane>, curve: Curve, energy: real, slope: real) -> 
     let leads_on = damping.verdict == VERDICT_ACCEPT && is_damped && (*lane).since_best == 0u && tolerance <= ROUGH;
     // Contraction says nothing where the step fails.
     let contracted = damping.verdict == VERDICT_AGAIN && !is_damped && -(*lane).slope > tolerance * tolerance;
-    if ((*lane).termination == TERMINATION_CONVERGED && (leads_on || contracted)) {
-        (*lane).termination = TERMINATION_RUNNING;
+    if ((*lane).termination == TERMINATION_STATUS_CONVERGED && (leads_on || contracted)) {
+        (*lane).termination = TERMINATION_STATUS_RUNNING;
     }
     (*lane).lambda = damping.lambda;
     return damping.verdict;
@@ -88,7 +88,7 @@ fn judge(lane: ptr<function, Lane>, curve: Curve, energy: real, slope: real) -> 
 }
 
 fn give_way(lane: ptr<function, Lane>, curve: Curve) {
-    if ((*lane).termination == TERMINATION_RUNNING) {
-        (*lane).termination = TERMINATION_STALLED;
+    if ((*lane).termination == TERMINATION_STATUS_RUNNING) {
+        (*lane).termination = TERMINATION_STATUS_STALLED;
     }
 }

@@ -173,23 +173,23 @@ fn verdict_on(lane: ptr<function, Lane>, curve: Curve, swept: Swept) -> u32 {
     let energy = swept.energy + swept.gauge;
     (*lane).evaluations += 1u;
     var verdict = VERDICT_ACCEPT;
-    if ((*lane).termination == TERMINATION_START) {
+    if ((*lane).termination == TERMINATION_STATUS_START) {
         // The base.
-        (*lane).termination = TERMINATION_RUNNING;
+        (*lane).termination = TERMINATION_STATUS_RUNNING;
         (*lane).start_energy = energy;
 //:if SOBOLEV
         (*lane).stride = real(1);
         (*lane).mean = energy;
 //:end
         if (is_out_of_range(energy)) {
-            (*lane).termination = TERMINATION_BROKEN;
+            (*lane).termination = TERMINATION_STATUS_BROKEN;
             (*lane).reported = swept.energy;
             return VERDICT_AGAIN;
         }
     } else {
         verdict = judge(lane, curve, energy, swept.slope);
         // Rounding decides whether the last step is taken, and not on the count.
-        if (verdict == VERDICT_ACCEPT || (*lane).termination == TERMINATION_CONVERGED) {
+        if (verdict == VERDICT_ACCEPT || (*lane).termination == TERMINATION_STATUS_CONVERGED) {
             (*lane).iterations += 1u;
         }
     }

@@ -1,16 +1,16 @@
 // What a descent keeps of a curve, and its place in the arrays of descent.wgsl between dispatches.
 
 // No twin: what the host writes before the first tick.
-const TERMINATION_START: u32 = 0u;
+const TERMINATION_STATUS_START: u32 = 0u;
 
-const TERMINATION_RUNNING: u32 = 1u;
-const TERMINATION_CONVERGED: u32 = 2u;
-const TERMINATION_STALLED: u32 = 3u;
-const TERMINATION_EXHAUSTED: u32 = 4u;
-const TERMINATION_UNBOUNDED: u32 = 5u;
-const TERMINATION_BROKEN: u32 = 6u;
+const TERMINATION_STATUS_RUNNING: u32 = 1u;
+const TERMINATION_STATUS_CONVERGED: u32 = 2u;
+const TERMINATION_STATUS_STALLED: u32 = 3u;
+const TERMINATION_STATUS_EXHAUSTED: u32 = 4u;
+const TERMINATION_STATUS_UNBOUNDED: u32 = 5u;
+const TERMINATION_STATUS_BROKEN: u32 = 6u;
 // No twin: the host descends the curve.
-const TERMINATION_LEFT: u32 = 7u;
+const TERMINATION_STATUS_LEFT: u32 = 7u;
 
 const PATIENCE: u32 = 16u;
 const SOBOLEV_PATIENCE: u32 = 100u;
@@ -75,7 +75,7 @@ fn load_lane(slot: u32) -> Lane {
     let at = slot * params.numbers + GIVEN;
     var lane = Lane();
     lane.termination = state.termination;
-    if (state.termination == TERMINATION_START) {
+    if (state.termination == TERMINATION_STATUS_START) {
         lane.norm2 = UNBOUNDED;
         lane.best = UNBOUNDED;
         lane.energy_then = UNBOUNDED;

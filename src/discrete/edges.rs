@@ -21,6 +21,7 @@ use crate::linalg::{Scalar, operation};
 /// No edge changes by more than this fraction of its length in a step.
 ///
 /// It is less than 1, so that no edge turns over or vanishes.
+// Not in the kernel: it stands in descent.wgsl, since sweeps are included several times.
 const MOST_OF_AN_EDGE: f64 = 0.5;
 
 /// The edges of one curve, or of one curve a lane.

@@ -254,7 +254,9 @@ impl<'a> Descender<'a> {
         let needs_f64 = plan.order > 2 || energy.is_fenced();
         let precision =
             device.kernel_precision(gpu, is_well_conditioned && !needs_f64 && has_kernel(Precision::F32))?;
-        let is_open = (!needs_f64 || precision == Precision::F64) && has_kernel(precision) && !energy.has_area();
+        // No kernel has the metric of order 3, or the area.
+        let is_known = (plan.order < 3 || plan.solver == Solver::Newton) && !energy.has_area();
+        let is_open = is_known && (!needs_f64 || precision == Precision::F64) && has_kernel(precision);
         Ok(Descender { energy, plan, gpu: is_open.then_some((gpu, precision)) })
     }
 }

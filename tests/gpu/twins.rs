@@ -3,7 +3,7 @@
 //!
 //! A constant of a kernel stands in its twin under the same name, with the same value. Three kinds
 //! stand there in other words: what counts ε of the precision (`REFINED`: `REFINED_EPSILONS`), the
-//! words of an enum (`STANDING_RUNNING`: `Standing::Running`), and what a number's type tells
+//! words of an enum (`TERMINATION_STATUS_RUNNING`: `TerminationStatus::Running`), and what a number's type tells
 //! (`EPSILON`). One that stands in another file is preceded by a comment with `Twin: FILE`, that
 //! file's path from the twin's folder; one that stands nowhere by `No twin: why`. Such a comment
 //! counts up to the next one, the next blank line or the end of its block. What the host defines

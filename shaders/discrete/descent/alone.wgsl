@@ -56,12 +56,12 @@ fn take_length(curve: Curve, j: u32, change: vector) -> real {
 fn tick(lane: ptr<function, Lane>, at_step: Curve) {
     var curve = at_step;
     let weights = load_weights(curve);
-    let is_first = (*lane).termination == TERMINATION_START;
+    let is_first = (*lane).termination == TERMINATION_STATUS_START;
     // The first trial is the base.
     curve.alpha = real(0);
     if (!is_first) {
         curve.alpha = aim(lane, curve, weights);
-        if ((*lane).termination > TERMINATION_CONVERGED) {
+        if ((*lane).termination > TERMINATION_STATUS_CONVERGED) {
             return;
         }
     }
@@ -81,18 +81,18 @@ fn tick(lane: ptr<function, Lane>, at_step: Curve) {
     let own = tasks[task];
     let curve = load_curve(own.slot);
     var lane = load_lane(own.slot);
-    if (lane.termination == TERMINATION_START) {
+    if (lane.termination == TERMINATION_STATUS_START) {
         begin(curve);
     }
     for (var done = 0u; done < own.ticks; done++) {
-        if (lane.termination > TERMINATION_RUNNING) {
+        if (lane.termination > TERMINATION_STATUS_RUNNING) {
             break;
         }
         tick(&lane, curve);
     }
 //:if SURFACE_WGSL
     if (is_for_host()) {
-        lane.termination = TERMINATION_LEFT;
+        lane.termination = TERMINATION_STATUS_LEFT;
     }
 //:end
     store_lane(own.slot, lane);

@@ -118,7 +118,7 @@ fn judged(curve: Curve, ring: BlockRing, found: Found, swept: vec4<real>, thread
     var verdict = VERDICT_AGAIN;
     if (ring.working && ring.lane == 0u) {
         var lane = load_lane(curve.slot);
-        if (lane.termination != TERMINATION_START) {
+        if (lane.termination != TERMINATION_STATUS_START) {
             aimed(&lane, found);
         }
         verdict = verdict_on(&lane, curve, Swept(swept.x, swept.y, swept.z));
@@ -155,7 +155,7 @@ fn tick(at_step: Curve, running: BlockRing, thread: u32) {
     var curve = at_step;
     // The first trial is the base.
     var solving = running;
-    solving.working = running.working && states[curve.slot].termination == TERMINATION_RUNNING;
+    solving.working = running.working && states[curve.slot].termination == TERMINATION_STATUS_RUNNING;
     if (solving.working) {
         assemble(curve, running, load_weights(curve), load_lambda(curve.slot));
     }
@@ -165,7 +165,7 @@ fn tick(at_step: Curve, running: BlockRing, thread: u32) {
     curve.alpha = select(real(0), step_of(found, load_stride(curve.slot)), solving.working);
     end_all(curve, solving, found);
     var trying = running;
-    trying.working = running.working && states[curve.slot].termination <= TERMINATION_CONVERGED;
+    trying.working = running.working && states[curve.slot].termination <= TERMINATION_STATUS_CONVERGED;
     let verdict = trial_along(curve, trying, found, thread);
     var taking = trying;
     taking.working = trying.working && verdict == VERDICT_ACCEPT;
@@ -198,12 +198,12 @@ fn anyone(runs: bool, thread: u32) -> bool {
     let curve = load_curve(tasks[index].slot);
     var ring = block_ring(curve.vertices, curve.closed != 0u, curve.scratch, thread % params.lanes, live);
     let works = ring.working;
-    if (works && states[curve.slot].termination == TERMINATION_START) {
+    if (works && states[curve.slot].termination == TERMINATION_STATUS_START) {
         begin(curve, ring);
     }
     storageBarrier();
     for (var done = 0u; done < params.ticks; done++) {
-        ring.working = works && states[curve.slot].termination <= TERMINATION_RUNNING;
+        ring.working = works && states[curve.slot].termination <= TERMINATION_STATUS_RUNNING;
         if (!anyone(ring.working, thread)) {
             break;
         }
@@ -212,7 +212,7 @@ fn anyone(runs: bool, thread: u32) -> bool {
 //:if SURFACE_WGSL
     // All lanes of a curve that write write the same.
     if (works && is_for_host()) {
-        states[curve.slot].termination = TERMINATION_LEFT;
+        states[curve.slot].termination = TERMINATION_STATUS_LEFT;
     }
 //:end
 }

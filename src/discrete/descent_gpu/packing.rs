@@ -28,7 +28,7 @@ const WALL: usize = 5;
 const REPORTED: usize = GIVEN + 1;
 const NORM2: usize = GIVEN + 2;
 
-/// `TERMINATION_LEFT`: the host is to descend the curve.
+/// `TERMINATION_STATUS_LEFT`: the host is to descend the curve.
 const LEFT: u32 = 7;
 
 /// Curves that a thread unpacks together.
