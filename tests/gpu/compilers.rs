@@ -142,7 +142,7 @@ const REGISTERS_F32: u64 = 128;
 const FENCED: [&str; 2] = ["FENCES", "WALLS"];
 
 /// Kernels that spill, need scratch memory or too many registers in some form, and why. All others must not.
-const BEYOND: [(&str, &str); 6] = [
+const BEYOND: [(&str, &str); 7] = [
     ("discrete/evaluate.wgsl:hessian", "second derivatives of variation and torsion are 87 numbers a window in space"),
     (
         "discrete/descent.wgsl:descend Newton, lanes, order 3, spatial",
@@ -160,6 +160,7 @@ const BEYOND: [(&str, &str); 6] = [
         "discrete/descent.wgsl:descend Newton, thread, spatial",
         "for software alone: hardware takes lanes (src/discrete/descent_gpu/lanes.rs)",
     ),
+    ("discrete/descent.wgsl:descend Sobolev, thread, spatial", "for software alone too"),
     ("discrete/descent.wgsl:descend Newton, thread, fenced", "for software alone too"),
 ];
 
