@@ -1,8 +1,8 @@
-// The side: a fence of the signed curvature κ = (T × T′)/Δa of planar curves. Twin: src/discrete/energy/curvature_sign.rs.
-//:once include discrete/energy/fence.wgsl
+// The signed curvature κ = (T × T′)/Δa of planar curves. Twin: src/discrete/energy/curvature_sign.rs.
+//:include discrete/energy/quantity.wgsl
 
 // κ and its partial derivatives.
-fn curvature_sign_curvature(w: Window) -> Partials {
+fn $NAME_quantity(w: Window) -> Partials {
     let r = real(2) / (w.s0 + w.s1);
     var q = Partials();
 //:if SPATIAL
@@ -16,17 +16,8 @@ fn curvature_sign_curvature(w: Window) -> Partials {
     return q;
 }
 
-fn curvature_sign_value(w: Window) -> real {
-    return fence_value(w.fence$FENCE, curvature_sign_curvature(w).value);
-}
-
-fn curvature_sign_gradient(w: Window) -> Partials {
-    return fence_gradient(w.fence$FENCE, curvature_sign_curvature(w));
-}
-
-fn curvature_sign_hessian(w: Window) -> SecondPartials {
+fn $NAME_second(w: Window, first: Partials) -> SecondPartials {
     let r = real(2) / (w.s0 + w.s1);
-    let first = curvature_sign_curvature(w);
     var second = SecondPartials();
 //:if SPATIAL
 //:else
@@ -39,5 +30,5 @@ fn curvature_sign_hessian(w: Window) -> SecondPartials {
     second.s00 = real(0.5) * r * r * first.value;
     second.s01 = second.s00;
     second.s11 = second.s00;
-    return fence_hessian(w.fence$FENCE, first, second);
+    return second;
 }

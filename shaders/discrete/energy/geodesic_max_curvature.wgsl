@@ -1,4 +1,4 @@
-// The curb of curves in surfaces: a fence of the geodesic curvature |m|/Δa. Twin: src/discrete/energy/geodesic_max_curvature.rs.
+// The fence of the geodesic curvature |m|/Δa of curves in surfaces. Twin: src/discrete/energy/geodesic_max_curvature.rs.
 //:once include discrete/energy/fence.wgsl
 //:once include discrete/energy/in_surface.wgsl
 

@@ -1,16 +1,16 @@
-// The curb: a fence of |K| = |T′ − T|/Δa. Twin: src/discrete/energy/max_curvature.rs.
-//:once include discrete/energy/fence.wgsl
+// The curvature |K| = |T′ − T|/Δa. Twin: src/discrete/energy/max_curvature.rs.
+//:include discrete/energy/quantity.wgsl
 
 // |T′ − T|, at least the rounding of tangents, so that it can divide.
-fn max_curvature_turn(w: Window) -> real {
+fn $NAME_turn(w: Window) -> real {
     let d = w.t1 - w.t0;
     return max(real($ROUNDING), sqrt(dot(d, d)));
 }
 
 // |K| and its partial derivatives.
-fn max_curvature_curvature(w: Window) -> Partials {
+fn $NAME_quantity(w: Window) -> Partials {
     let a = real(0.5) * (w.s0 + w.s1);
-    let turn = max_curvature_turn(w);
+    let turn = $NAME_turn(w);
     var q = Partials();
     q.value = turn / a;
     q.t1 = (real(1) / (turn * a)) * (w.t1 - w.t0);
@@ -20,18 +20,9 @@ fn max_curvature_curvature(w: Window) -> Partials {
     return q;
 }
 
-fn max_curvature_value(w: Window) -> real {
-    return fence_value(w.fence$FENCE, max_curvature_curvature(w).value);
-}
-
-fn max_curvature_gradient(w: Window) -> Partials {
-    return fence_gradient(w.fence$FENCE, max_curvature_curvature(w));
-}
-
-fn max_curvature_hessian(w: Window) -> SecondPartials {
+fn $NAME_second(w: Window, first: Partials) -> SecondPartials {
     let a = real(0.5) * (w.s0 + w.s1);
-    let first = max_curvature_curvature(w);
-    let across = real(1) / (max_curvature_turn(w) * a);
+    let across = real(1) / ($NAME_turn(w) * a);
     let by_lengths = real(0.5) * first.value / (a * a);
     // (I − e eᵀ)/(|d| a) with e = d/|d|, where ∂q/∂T′ = e/a.
     let by_tangents = diagonal(across) - outer((across * a * a) * first.t1, first.t1);
@@ -47,5 +38,5 @@ fn max_curvature_hessian(w: Window) -> SecondPartials {
     second.s00 = by_lengths;
     second.s01 = by_lengths;
     second.s11 = by_lengths;
-    return fence_hessian(w.fence$FENCE, first, second);
+    return second;
 }

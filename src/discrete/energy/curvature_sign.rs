@@ -1,10 +1,11 @@
-//! The side: a [fence](super::fence) of the signed curvature, which keeps a planar curve turning to one side.
+//! The limit of the sign of curvature, which keeps a planar curve turning to one side.
 
-use super::{Facts, Partials, SecondPartials, Term, Window};
+use super::fence::Quantity;
+use super::{Facts, Partials, SecondPartials, Window};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::scale;
 
-/// The fence of κ = (T × T′)/Δa, with Δa = (Δs + Δs′)/2. To the left it is positive.
+/// The quantity κ = (T × T′)/Δa, with Δa = (Δs + Δs′)/2. To the left it is positive.
 ///
 /// For a curve that turns left it has β < 0, and β > 0 for one that turns right. Spatial curves have no side.
 #[derive(Clone, Copy, Debug, Default)]
@@ -16,41 +17,34 @@ impl Facts for CurvatureSign {
     }
 }
 
-/// κ and its partial derivatives.
-#[inline(always)]
-fn curvature<S: Scalar, const D: usize>(window: &Window<S, D, 2>) -> Partials<S, D, 2> {
-    let (mut value, mut tangent) = (S::ZERO, [[S::ZERO; D]; 2]);
-    let r = S::of(2.0) / (window.length[0] + window.length[1]);
-    if D == 2 {
-        let [t, u] = window.tangent;
-        value = r * (t[0] * u[1] - t[1] * u[0]);
-        (tangent[0][0], tangent[0][1]) = (r * u[1], -(r * u[0]));
-        (tangent[1][0], tangent[1][1]) = (-(r * t[1]), r * t[0]);
-    }
-    let by_length = S::of(-0.5) * r * value;
-    Partials { value, tangent, length: [by_length, by_length] }
-}
-
-impl Term<2> for CurvatureSign {
+impl Quantity<2> for CurvatureSign {
     #[inline(always)]
-    fn fence(&self) -> Option<usize> {
-        Some(1)
+    fn kind(&self) -> usize {
+        1
     }
 
+    /// κ and its partial derivatives.
     #[inline(always)]
-    fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, 2>) -> S {
-        window.fence.value(curvature(window).value)
-    }
-
-    #[inline(always)]
-    fn gradient<S: Scalar, const D: usize>(&self, window: &Window<S, D, 2>) -> Partials<S, D, 2> {
-        window.fence.gradient(&curvature(window))
-    }
-
-    #[inline(always)]
-    fn hessian<S: Scalar, const D: usize>(&self, window: &Window<S, D, 2>) -> SecondPartials<S, D, 2> {
+    fn first<S: Scalar, const D: usize>(&self, window: &Window<S, D, 2>) -> Partials<S, D, 2> {
+        let (mut value, mut tangent) = (S::ZERO, [[S::ZERO; D]; 2]);
         let r = S::of(2.0) / (window.length[0] + window.length[1]);
-        let first = curvature(window);
+        if D == 2 {
+            let [t, u] = window.tangent;
+            value = r * (t[0] * u[1] - t[1] * u[0]);
+            (tangent[0][0], tangent[0][1]) = (r * u[1], -(r * u[0]));
+            (tangent[1][0], tangent[1][1]) = (-(r * t[1]), r * t[0]);
+        }
+        let by_length = S::of(-0.5) * r * value;
+        Partials { value, tangent, length: [by_length, by_length] }
+    }
+
+    #[inline(always)]
+    fn second<S: Scalar, const D: usize>(
+        &self,
+        window: &Window<S, D, 2>,
+        first: &Partials<S, D, 2>,
+    ) -> SecondPartials<S, D, 2> {
+        let r = S::of(2.0) / (window.length[0] + window.length[1]);
         let mut second = SecondPartials::ZERO;
         if D == 2 {
             (second.tangents[0][1][0][1], second.tangents[0][1][1][0]) = (r, -r);
@@ -62,6 +56,6 @@ impl Term<2> for CurvatureSign {
                 second.lengths[j][k] = S::of(0.5) * r * r * first.value;
             }
         }
-        window.fence.hessian(&first, &second)
+        second
     }
 }

@@ -15,15 +15,15 @@ impl Energy {
     ///
     /// The term is a function of unit tangents T and lengths Δs. It is called once, and its
     /// derivatives and its kernel follow from the formula. 2-D curves have z = 0 everywhere. The
-    /// name consists of letters, digits and underscores. The degree is that of E(c·f) =
-    /// c^degree E(f): bending ∫κ² ds has −1. The number of edges is also the number of derivatives
+    /// name consists of letters, digits and underscores. `degree` is k in E(c·f) = c^k E(f), which is
+    /// −1 for bending ∫κ² ds. The number of edges is also the number of derivatives
     /// that the term holds.
     ///
     /// ```
     /// use faircurve::discrete::{Energy, Fair, bending, length};
     /// use faircurve::{CurveBatch, Device};
     ///
-    /// // ∫κ² ds, written anew.
+    /// // ∫κ² ds
     /// let elastica = Energy::custom("elastica", 2, -1.0, |t, s| {
     ///     2.0 * (t[1] - t[0]).length_squared() / (s[0] + s[1])
     /// });

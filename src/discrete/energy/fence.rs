@@ -14,7 +14,7 @@
 //!
 //! Source: R. T. Rockafellar, *The multiplier method of Hestenes and Powell applied to convex programming* (1973).
 
-use super::{Partials, SecondPartials};
+use super::{Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::scale;
 
@@ -107,5 +107,41 @@ impl<S: Scalar> Fence<S> {
             }
         }
         hessian
+    }
+}
+
+/// A quantity q of W edges that [fences](Fence) limit.
+pub(crate) trait Quantity<const W: usize> {
+    /// The kind of its fences.
+    fn kind(&self) -> usize;
+    /// q and its partial derivatives.
+    fn first<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> Partials<S, D, W>;
+    /// Its second partial derivatives, from the first. By default q is linear in tangents.
+    #[inline(always)]
+    fn second<S: Scalar, const D: usize>(&self, _: &Window<S, D, W>, _: &Partials<S, D, W>) -> SecondPartials<S, D, W> {
+        SecondPartials::ZERO
+    }
+}
+
+impl<Q: Quantity<W>, const W: usize> Term<W> for Q {
+    #[inline(always)]
+    fn fence(&self) -> Option<usize> {
+        Some(self.kind())
+    }
+
+    #[inline(always)]
+    fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> S {
+        window.fence.value(self.first(window).value)
+    }
+
+    #[inline(always)]
+    fn gradient<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> Partials<S, D, W> {
+        window.fence.gradient(&self.first(window))
+    }
+
+    #[inline(always)]
+    fn hessian<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> SecondPartials<S, D, W> {
+        let first = self.first(window);
+        window.fence.hessian(&first, &self.second(window, &first))
     }
 }

@@ -1,4 +1,4 @@
-//! The curb of curves in surfaces: a [fence](super::fence) of the geodesic curvature.
+//! The limit of the largest geodesic curvature, of curves in surfaces.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use super::wgsl::literal;
 use crate::linalg::{Real, Scalar};
 use crate::sort;
 
-/// The [fence](super::fence) of the geodesic curvature |m|/Δa, as [`MaxCurvature`](super::max_curvature::MaxCurvature) is that of |K|.
+/// The quantity |m|/Δa, with the [fences](super::fence) that |K| has in the plane and in space.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct GeodesicMaxCurvature;
 

@@ -1,14 +1,15 @@
-//! The curb: a [fence](super::fence) of the curvature |K|.
+//! The limit of the largest curvature.
 
 use std::collections::BTreeMap;
 
+use super::fence::Quantity;
 use super::wgsl::literal;
-use super::{Facts, Partials, SecondPartials, Term, Window};
+use super::{Facts, Partials, SecondPartials, Window};
 use crate::linalg::scalar::{dot, scale, subtract};
 use crate::linalg::{Real, Scalar};
 use crate::sort;
 
-/// The fence of |K| = |T′ − T|/Δa, with Δa = (Δs + Δs′)/2.
+/// The quantity |K| = |T′ − T|/Δa, with Δa = (Δs + Δs′)/2.
 ///
 /// For a largest curvature κ it has β = 1/κ. A regular polygon in a circle of radius R has |K| = 1/R.
 #[derive(Clone, Copy, Debug, Default)]
@@ -33,37 +34,30 @@ fn turn<S: Scalar, const D: usize>(window: &Window<S, D, 2>) -> S {
     rounding.max(dot(d, d).sqrt())
 }
 
-/// |K| and its partial derivatives.
-#[inline(always)]
-fn curvature<S: Scalar, const D: usize>(window: &Window<S, D, 2>) -> Partials<S, D, 2> {
-    let a = S::of(0.5) * (window.length[0] + window.length[1]);
-    let turn = turn(window);
-    let value = turn / a;
-    let by_tangent = scale(S::ONE / (turn * a), subtract(window.tangent[1], window.tangent[0]));
-    let by_length = S::of(-0.5) * value / a;
-    Partials { value, tangent: [scale(-S::ONE, by_tangent), by_tangent], length: [by_length, by_length] }
-}
-
-impl Term<2> for MaxCurvature {
+impl Quantity<2> for MaxCurvature {
     #[inline(always)]
-    fn fence(&self) -> Option<usize> {
-        Some(0)
+    fn kind(&self) -> usize {
+        0
     }
 
+    /// |K| and its partial derivatives.
     #[inline(always)]
-    fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, 2>) -> S {
-        window.fence.value(curvature(window).value)
-    }
-
-    #[inline(always)]
-    fn gradient<S: Scalar, const D: usize>(&self, window: &Window<S, D, 2>) -> Partials<S, D, 2> {
-        window.fence.gradient(&curvature(window))
-    }
-
-    #[inline(always)]
-    fn hessian<S: Scalar, const D: usize>(&self, window: &Window<S, D, 2>) -> SecondPartials<S, D, 2> {
+    fn first<S: Scalar, const D: usize>(&self, window: &Window<S, D, 2>) -> Partials<S, D, 2> {
         let a = S::of(0.5) * (window.length[0] + window.length[1]);
-        let first = curvature(window);
+        let turn = turn(window);
+        let value = turn / a;
+        let by_tangent = scale(S::ONE / (turn * a), subtract(window.tangent[1], window.tangent[0]));
+        let by_length = S::of(-0.5) * value / a;
+        Partials { value, tangent: [scale(-S::ONE, by_tangent), by_tangent], length: [by_length, by_length] }
+    }
+
+    #[inline(always)]
+    fn second<S: Scalar, const D: usize>(
+        &self,
+        window: &Window<S, D, 2>,
+        first: &Partials<S, D, 2>,
+    ) -> SecondPartials<S, D, 2> {
+        let a = S::of(0.5) * (window.length[0] + window.length[1]);
         let across = S::ONE / (turn(window) * a);
         let by_lengths = S::of(0.5) * first.value / (a * a);
         let mut second = SecondPartials::ZERO;
@@ -79,6 +73,6 @@ impl Term<2> for MaxCurvature {
                 second.lengths[j][k] = by_lengths;
             }
         }
-        window.fence.hessian(&first, &second)
+        second
     }
 }

@@ -1,16 +1,17 @@
-//! Monotone: a [fence](super::fence) of the way that an edge goes along a direction, which keeps a curve from going back.
+//! The limit of the way along a direction, which keeps a curve from going back.
 
 // Loops over coordinates by index match the formulas.
 #![allow(clippy::needless_range_loop)]
 
 use std::collections::BTreeMap;
 
+use super::fence::Quantity;
 use super::wgsl::literal;
-use super::{FIRST_WAY, Facts, Partials, SecondPartials, Term, Window};
+use super::{FIRST_WAY, Facts, Partials, Window};
 use crate::linalg::Scalar;
 use crate::sort;
 
-/// The fence of a = n·T, for a direction n.
+/// The quantity a = n·T, for a direction n.
 ///
 /// For a curve that goes on along n it has β < 0, and β > 0 for one that goes against it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -32,37 +33,20 @@ impl Facts for Monotone {
     }
 }
 
-impl Monotone {
+impl Quantity<1> for Monotone {
+    #[inline(always)]
+    fn kind(&self) -> usize {
+        FIRST_WAY + self.way
+    }
+
     /// a and its partial derivatives.
     #[inline(always)]
-    fn way<S: Scalar, const D: usize>(&self, window: &Window<S, D, 1>) -> Partials<S, D, 1> {
+    fn first<S: Scalar, const D: usize>(&self, window: &Window<S, D, 1>) -> Partials<S, D, 1> {
         let (mut value, mut direction) = (S::ZERO, [S::ZERO; D]);
         for c in 0..D {
             direction[c] = S::of(self.direction[c]);
             value += direction[c] * window.tangent[0][c];
         }
         Partials { value, tangent: [direction], length: [S::ZERO] }
-    }
-}
-
-impl Term<1> for Monotone {
-    #[inline(always)]
-    fn fence(&self) -> Option<usize> {
-        Some(FIRST_WAY + self.way)
-    }
-
-    #[inline(always)]
-    fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, 1>) -> S {
-        window.fence.value(self.way(window).value)
-    }
-
-    #[inline(always)]
-    fn gradient<S: Scalar, const D: usize>(&self, window: &Window<S, D, 1>) -> Partials<S, D, 1> {
-        window.fence.gradient(&self.way(window))
-    }
-
-    #[inline(always)]
-    fn hessian<S: Scalar, const D: usize>(&self, window: &Window<S, D, 1>) -> SecondPartials<S, D, 1> {
-        window.fence.hessian(&self.way(window), &SecondPartials::ZERO)
     }
 }

@@ -1,13 +1,14 @@
-//! The twist: a [fence](super::fence) of the sign of torsion, which keeps a spatial curve twisting to one side.
+//! The limit of the sign of torsion, which keeps a spatial curve twisting to one side.
 
 // Loops over coordinates by index match the formulas.
 #![allow(clippy::needless_range_loop)]
 
-use super::{Facts, Partials, SecondPartials, Term, Window};
+use super::fence::Quantity;
+use super::{Facts, Partials, SecondPartials, Window};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::dot;
 
-/// The fence of t = det(T, T′, T″), the volume of three tangents that follow each other.
+/// The quantity t = det(T, T′, T″), the volume of three tangents that follow each other.
 ///
 /// It has the sign of the torsion: κ²τh³ for edges of length h. For a curve that twists as a right-handed screw it has
 /// β < 0, and β > 0 for one that twists as a left-handed screw. Planar curves have none.
@@ -38,32 +39,26 @@ pub(crate) fn volume<const D: usize>([t, u, v]: [[f64; D]; 3]) -> f64 {
     dot(t, across(u, v))
 }
 
-/// t and its partial derivatives.
-#[inline(always)]
-fn partials<S: Scalar, const D: usize>(window: &Window<S, D, 3>) -> Partials<S, D, 3> {
-    let [t, u, v] = window.tangent;
-    let by_first = across(u, v);
-    Partials { value: dot(t, by_first), tangent: [by_first, across(v, t), across(t, u)], length: [S::ZERO; 3] }
-}
-
-impl Term<3> for TorsionSign {
+impl Quantity<3> for TorsionSign {
     #[inline(always)]
-    fn fence(&self) -> Option<usize> {
-        Some(2)
+    fn kind(&self) -> usize {
+        2
+    }
+
+    /// t and its partial derivatives.
+    #[inline(always)]
+    fn first<S: Scalar, const D: usize>(&self, window: &Window<S, D, 3>) -> Partials<S, D, 3> {
+        let [t, u, v] = window.tangent;
+        let by_first = across(u, v);
+        Partials { value: dot(t, by_first), tangent: [by_first, across(v, t), across(t, u)], length: [S::ZERO; 3] }
     }
 
     #[inline(always)]
-    fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, 3>) -> S {
-        window.fence.value(partials(window).value)
-    }
-
-    #[inline(always)]
-    fn gradient<S: Scalar, const D: usize>(&self, window: &Window<S, D, 3>) -> Partials<S, D, 3> {
-        window.fence.gradient(&partials(window))
-    }
-
-    #[inline(always)]
-    fn hessian<S: Scalar, const D: usize>(&self, window: &Window<S, D, 3>) -> SecondPartials<S, D, 3> {
+    fn second<S: Scalar, const D: usize>(
+        &self,
+        window: &Window<S, D, 3>,
+        _: &Partials<S, D, 3>,
+    ) -> SecondPartials<S, D, 3> {
         let mut second = SecondPartials::ZERO;
         if D == 3 {
             for j in 0..3 {
@@ -78,6 +73,6 @@ impl Term<3> for TorsionSign {
                 }
             }
         }
-        window.fence.hessian(&partials(window), &second)
+        second
     }
 }
