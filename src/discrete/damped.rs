@@ -12,7 +12,7 @@ use crate::linalg::{Scalar, operation};
 impl<S: Scalar, const D: usize> Descent<'_, S, D> {
     /// Storage for the systems of [`tick`](Self::tick).
     ///
-    /// What other curves have left in `kept` is used again.
+    /// What other curves have left in `limits_result` is used again.
     pub(super) fn newton<'n>(&self, kept: &'n mut Option<Newton<S, D>>) -> &'n mut Newton<S, D> {
         let (plan, in_surfaces) = (self.plan, self.within.is_some());
         match kept.take().filter(|kept| kept.is_for(plan, in_surfaces)) {
@@ -137,7 +137,8 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
     /// Turns p = −M⁻¹g into −(M + ρ ∇A∇Aᵀ)⁻¹g, and returns g·p.
     fn enclose_direction(&mut self, newton: &mut Newton<S, D>) -> S {
         self.edges.clear();
-        self.edges.add_area(S::ONE);
+        let all = self.edges.enclosed().1;
+        self.edges.add_area(S::ONE, all);
         self.edges.gradient(&self.movable, &mut self.trial);
         self.x.copy_from_slice(&self.trial);
         newton.solve(&mut self.x);

@@ -86,8 +86,9 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
 
     #[inline(always)]
     fn enclose_inlined(&mut self, Enclosing { area, multiplier, stiffness }: Enclosing<S>) -> S {
-        let excess = self.enclosed().0 - area;
-        self.add_area(multiplier + stiffness * excess);
+        let (own, all) = self.enclosed();
+        let excess = own - area;
+        self.add_area(multiplier + stiffness * excess, all);
         multiplier * excess + S::of(0.5) * stiffness * excess * excess
     }
 
@@ -100,7 +101,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
 
     /// A and Σ e.
     #[inline(always)]
-    fn enclosed(&self) -> (S, [S; 2]) {
+    pub(super) fn enclosed(&self) -> (S, [S; 2]) {
         let (mut at, mut twice) = ([S::ZERO; 2], S::ZERO);
         for j in 0..self.windows::<1>() {
             let e = self.planar(j);
@@ -118,11 +119,11 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         block
     }
 
-    /// Adds the derivatives of the area with a weight.
+    /// Adds the derivatives of the area with a weight, from Σ e.
     #[inline(always)]
-    pub(super) fn add_area(&mut self, weight: S) {
+    pub(super) fn add_area(&mut self, weight: S, all: [S; 2]) {
         let (two, half) = (S::of(2.0), S::of(0.5) * weight);
-        let (mut at, all) = ([S::ZERO; 2], self.enclosed().1);
+        let mut at = [S::ZERO; 2];
         for j in 0..self.windows::<1>() {
             let e = self.planar(j);
             let [x, y] = [0, 1].map(|c| half * (all[c] - two * at[c] - e[c]));
