@@ -119,7 +119,7 @@ def custom(
     edges : int
         The number of edges that a term sees, from 1 to 3. It is also the number of derivatives that the term holds.
     degree : float
-        The degree of E(c·f) = c^degree E(f): bending has -1.
+        k in E(c·f) = c^k E(f), which is -1 for bending.
     term : callable
         The term, a function of the unit tangents and the lengths of the edges. It is called once. Its derivatives and its kernel
         follow from the formula.

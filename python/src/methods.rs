@@ -111,7 +111,7 @@ pub fn smoothing(
     fitted(py, batch, Place::new(device, precision)?, COST_OF_SMOOTHING, |batch, device| method.fit(batch, device))
 }
 
-/// What an energy has beside its name and weight.
+/// The exponent or the formula of an energy.
 #[derive(FromPyObject)]
 pub enum Detail {
     Exponent(f64),

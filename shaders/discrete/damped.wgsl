@@ -9,7 +9,7 @@ struct Found {
     largest_square: real,
 }
 
-// How much of the direction a trial takes, at most so much.
+// How much of the direction a trial takes, at most `most`.
 fn step_of(found: Found, most: real) -> real {
     return min(most, most_step(found.largest_square));
 }

@@ -1,4 +1,5 @@
-//! [`Origin`]: the provenance of a batch. [`Cut`]: that of its points, if they are other curves'.
+//! [`Origin`]: the provenance of a batch. [`Cut`]: the provenance of points that come from other
+//! curves.
 
 use std::any::Any;
 use std::borrow::Cow;

@@ -82,12 +82,13 @@ const TERMINATIONS: [TerminationStatus; 6] = [
 /// The arrays of a chunk that are read back.
 const WANTED: [&str; 3] = ["states", "lanes", "displacements"];
 
-/// Curves that stand side by side in memory: those of a workgroup's threads, or one that lanes share.
+/// The number of curves side by side in memory: one per thread of a workgroup, or a single one if
+/// lanes share it.
 fn side(lanes: usize) -> usize {
     if lanes == 1 { GROUP } else { 1 }
 }
 
-/// The kernel of a composition, where so many lanes share a curve. The order of the plan is 1 to 3.
+/// The kernel of a composition, with `lanes` threads per curve. The order of the plan is 1 to 3.
 pub(crate) fn descent_kernel(composition: &Composition, plan: &Plan, lanes: usize, precision: Precision) -> KernelKey {
     let mut definitions = composition.definitions.clone();
     let mut define = |name: &str, value: usize| definitions.insert(name.into(), value.to_string());

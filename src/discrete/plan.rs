@@ -14,7 +14,7 @@ pub enum Solver {
     Newton,
     /// −αL⁻¹g, where L⁻¹g is the Sobolev gradient and α the step of Barzilai and Borwein.
     ///
-    /// Needs first derivatives alone, and about ten times as many iterations.
+    /// It needs first derivatives alone, and 5 to 17 times as many iterations through pinned points.
     Sobolev,
 }
 

@@ -5,9 +5,9 @@
 
 use super::curves::{FairCurves, Vertices};
 use super::fair::{Fair, Segments};
-use super::kept::LimitsResult;
 use super::lane::TerminationStatus;
 use super::limited::{Start, keep};
+use super::limits_result::LimitsResult;
 use super::minimise::minimise;
 use super::problem::Outcome;
 use super::queue::{CurveFit, Goal};

@@ -76,7 +76,7 @@ pub(crate) fn set_up<const D: usize>(
 
 /// Brings every curve of a batch to vertices, or says why it cannot be fitted.
 ///
-/// `kept` says which curves keep their first or last point whatever the pins say. If it is empty
+/// `limits_result` says which curves keep their first or last point whatever the pins say. If it is empty
 /// none do.
 pub(super) fn set_up_pieces<const D: usize>(
     fair: &Fair,

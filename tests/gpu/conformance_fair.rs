@@ -174,6 +174,20 @@ fn what_no_kernel_can_do_is_done_by_the_cpu_which_says_so() {
 }
 
 #[test]
+fn areas_are_kept_by_the_cpu_on_every_device() {
+    let Some(device) = device() else { return };
+    let batch = gentle(2, 6, |_| 7, 0.1, &mut seeded(47));
+    let limits = Limits { area: true, ..Limits::default() };
+    let fair = Fair { limits, deviation: Some(0.1.into()), ..fair(bending(2.0) + length()) };
+    let [wanted, found] = [Device::cpu(), device].map(|device| fair.fit(&batch, &device).unwrap());
+    for (i, (wanted, found)) in wanted.reports().iter().zip(found.reports()).enumerate() {
+        assert_eq!((wanted.status, found.status), (CurveStatus::Converged, CurveStatus::Converged), "curve {i}");
+        assert_eq!(found.limits.unwrap().violation, 0.0, "curve {i}");
+        assert!((found.energy / wanted.energy - 1.0).abs() < 1e-6, "curve {i}: {} {}", found.energy, wanted.energy);
+    }
+}
+
+#[test]
 fn curves_with_given_tangents_end_where_the_cpu_ends() {
     let Some(device) = device() else { return };
     let every = precisions(device.as_gpu().expect("a GPU"));

@@ -95,7 +95,7 @@ fn rooms_use_only_those_below_them() {
     }
 }
 
-/// The names after a prefix wherever a path begins with it: one, or those of a group.
+/// The first names after a prefix of paths: one name, or every name of a group in braces.
 fn names_after<'a>(prefix: &str, code: &'a str) -> Vec<&'a str> {
     let is_of_name = |c: char| c.is_alphanumeric() || c == '_';
     let begins = |at: usize| !code[..at].ends_with(|c| is_of_name(c) || c == ':');

@@ -126,11 +126,11 @@ impl<const D: usize> Polygon<'_, D> {
     /// A kind that limits nothing is empty.
     pub fn slopes(&self, limits: &Limits, batch: &CurveBatch, i: usize) -> [Vec<f64>; FENCE_KINDS] {
         let column = batch.constraints().largest_curvatures.as_deref();
-        let curb = of_spans(limits.curvature, column, batch, i, self.spans).map(|bounds| self.curbs(&bounds));
+        let largest = of_spans(limits.curvature, column, batch, i, self.spans).map(|bounds| self.by_bounds(&bounds));
         let side = (limits.shape && D == 2).then(|| self.sides());
         let twist = (limits.shape && D == 3).then(|| self.twists());
         let ways = limits.monotone.iter().map(|&direction| Some(self.way(direction)));
-        let all = [curb, side, twist].into_iter().chain(ways);
+        let all = [largest, side, twist].into_iter().chain(ways);
         let mut slopes: [Vec<f64>; FENCE_KINDS] = Default::default();
         for (own, given) in slopes.iter_mut().zip(all) {
             *own = given.filter(|slopes| slopes.iter().any(|slope| *slope != 0.0)).unwrap_or_default();
@@ -139,7 +139,7 @@ impl<const D: usize> Polygon<'_, D> {
     }
 
     /// 1/κ at every vertex between two edges, from the largest curvatures of the spans. At a data point both count.
-    fn curbs(&self, bounds: &[f64]) -> Vec<f64> {
+    fn by_bounds(&self, bounds: &[f64]) -> Vec<f64> {
         let slope = |k: usize| 1.0 / (bounds[k] * self.size);
         let mut slopes = vec![0.0; self.vertices];
         for (k, span) in self.spans.iter().enumerate() {

@@ -40,7 +40,7 @@ pub(super) fn has_places(batch: &CurveBatch, i: usize) -> bool {
     batch.points(i).chunks_exact(batch.dimension()).all(|point| point[0].is_finite() && point[1].is_finite())
 }
 
-/// Writes a point, without an altitude that is none.
+/// Writes a point. An altitude that is NaN is left out.
 pub(super) fn position(text: &mut Text, point: &[f64]) -> io::Result<()> {
     let axes = point.len() - usize::from(point.last().is_some_and(|x| !x.is_finite()));
     text.push("[")?;
