@@ -137,9 +137,9 @@ rustfmt --check --edition 2024 src/discrete/energy/*.rs
 
 section 'Lints'
 cargo clippy --locked --workspace --all-targets --quiet -- -D warnings
-# The core alone, and the program without a GPU.
-cargo clippy --locked --no-default-features --quiet -- -D warnings
-cargo clippy --locked --no-default-features --features cli --quiet -- -D warnings
+# The core alone, and the program without a GPU. Other packages of the workspace would bring features back.
+cargo clippy --locked --package faircurve --no-default-features --quiet -- -D warnings
+cargo clippy --locked --package faircurve --no-default-features --features cli --quiet -- -D warnings
 
 section 'Documentation'
 RUSTDOCFLAGS='-D warnings' cargo doc --locked --workspace --no-deps --quiet

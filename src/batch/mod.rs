@@ -6,7 +6,6 @@ mod clock;
 mod closed;
 mod columns;
 mod cut;
-#[cfg(feature = "formats")]
 mod left_out;
 mod origin;
 mod point;

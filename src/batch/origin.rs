@@ -9,7 +9,6 @@ use super::Clock;
 
 /// The provenance of a batch: places for messages, and the document to write back.
 #[derive(Clone, Debug, Default)]
-#[cfg_attr(not(feature = "formats"), expect(dead_code, reason = "what only files have"))]
 pub(crate) struct Origin {
     /// The file's name, as given.
     pub file: Option<String>,
