@@ -111,7 +111,12 @@ fn ranges<T: Send>(n: usize, together: usize, of: &(dyn Fn(Range<usize>) -> Vec<
 
 /// The size of a part of n.
 fn part(n: usize, together: usize) -> usize {
-    together.max(n.div_ceil(PARTS * rayon::current_num_threads())).max(1)
+    together.max(n.div_ceil(PARTS * threads())).max(1)
+}
+
+/// The number of threads.
+pub(crate) fn threads() -> usize {
+    rayon::current_num_threads()
 }
 
 fn empty<T>(count: usize) -> Vec<Vec<T>> {

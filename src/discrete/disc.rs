@@ -12,7 +12,7 @@ use super::energy::Hold;
 use super::fair::{Fair, Pins};
 use super::multipliers::Multipliers;
 use super::problem::Problem;
-use super::setup::{LONGEST, PreparedCurve, set_up_pieces};
+use super::setup::{LONGEST, PreparedCurve, set_up_on_spline};
 use crate::batch::CurveBatch;
 use crate::linalg::scalar::{add, dot, scale};
 
@@ -171,7 +171,7 @@ impl<const D: usize> Multipliers<D> for Discs {
 /// The spline through the points, with all of them pinned.
 fn through_its_points<const D: usize>(held: &Fair, batch: &CurveBatch, i: usize) -> Option<PreparedCurve<D>> {
     let pinned = Fair { pins: Pins::All, ..held.clone() };
-    set_up_pieces::<D>(&pinned, &batch.select(&[i]), &[]).ok()?.pop()?.ok()
+    set_up_on_spline(&pinned, batch, i, [false; 2]).ok()
 }
 
 /// The mean length of the spans beside every attached vertex.

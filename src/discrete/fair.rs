@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::energy::{Energy, bending, tautness};
 use super::limits::Limits;
 use super::plan::{Plan, Solver};
+use crate::batch::CurveBatch;
 use crate::deviation::Deviation;
 use crate::surface::Surface;
 use crate::words::words;
@@ -29,6 +30,14 @@ impl Segments {
     ///
     /// They take some 2 GB while they are fitted.
     pub const MOST_VERTICES: usize = 5_000_000;
+
+    /// The edges of the chords of a curve, less than those of the curve itself.
+    pub(super) fn edges(self, batch: &CurveBatch, i: usize) -> usize {
+        match self {
+            Segments::PerSpan(n) => n * batch.spans(i),
+            Segments::Spacing(spacing) => batch.chords(i).map(|chord| (chord / spacing).ceil() as usize).sum(),
+        }
+    }
 }
 
 /// Which data points the curve passes through exactly.

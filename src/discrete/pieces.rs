@@ -11,7 +11,7 @@ use super::problem::Outcome;
 use super::queue::{CurveFit, Desk, Queue, Task};
 use super::restarts::{Descended, best};
 use super::separation::{Found, SeparatingHalfPlane, SeparatingHalfPlanes, keep_apart};
-use super::setup::{PreparedCurve, set_up_from, set_up_pieces};
+use super::setup::{PreparedCurve, SplineStarts};
 use super::shortest;
 use super::tally::Tally;
 use crate::batch::{CurveBatch, Unfitted};
@@ -62,23 +62,25 @@ pub(super) fn fit<const D: usize>(
         return shortest::fit::<D>(fair, batch, pieces.kept, device, tally);
     }
     let Some(asked) = allowed else {
-        let ready = set_up_pieces::<D>(fair, batch, pieces.kept)?;
-        return fit_all(fair, batch, pieces, ready, &|_| None, device, tally);
+        let starts = SplineStarts::new(fair, batch)?;
+        let prepare = |i: usize| starts.prepare(i, pieces.kept_of(i), None);
+        return fit_all::<D>(fair, batch, pieces, &prepare, &|_| None, device, tally);
     };
     let pins = if fair.pins == Pins::None { Pins::None } else { Pins::Ends };
     let energy = fair.energy.clone() + attachment();
     let held = Fair { energy, pins, deviation: None, corners: None, ..fair.clone() };
     let near = Near::new::<D>(pins, &asked, batch)?;
-    let ready = set_up_from::<D>(&held, batch, pieces.kept, &|i| near.curve(i))?;
-    fit_all(&held, batch, pieces, ready, &|i| Some([asked[i], near.allowed(i)]), device, tally)
+    let starts = SplineStarts::new(&held, batch)?;
+    let prepare = |i: usize| starts.prepare(i, pieces.kept_of(i), near.curve(i));
+    fit_all::<D>(&held, batch, pieces, &prepare, &|i| Some([asked[i], near.allowed(i)]), device, tally)
 }
 
-/// Fits curves that are ready. `allowed` are the deviations asked for, and what each curve may use of them.
+/// Fits curves as they are prepared. `allowed` are the deviations asked for, and what each curve may use of them.
 fn fit_all<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,
     pieces: &Pieces<'_>,
-    ready: Vec<std::result::Result<PreparedCurve<D>, Unfitted>>,
+    prepare: &(dyn Fn(usize) -> std::result::Result<PreparedCurve<D>, Unfitted> + Sync),
     allowed: &(dyn Fn(usize) -> Option<[f64; 2]> + Sync),
     device: &Device,
     tally: &Tally<'_>,
@@ -86,11 +88,12 @@ fn fit_all<const D: usize>(
     let keeps_apart = fair.limits.no_crossing;
     let in_f32 = device.as_gpu().is_some() && device.precision() != Precision::F64;
     let desks = Desk::of(batch.len());
-    let queue = Queue::new(fair, batch, &ready, &SeparatingHalfPlanes::default(), device)?;
-    let task = |(i, ready): (usize, std::result::Result<PreparedCurve<D>, Unfitted>)| -> Task<'_, FittedCurve<D>> {
+    let queue = Queue::new::<D>(fair, batch, &SeparatingHalfPlanes::default(), device)?;
+    let size = |i: usize| fair.segments.edges(batch, i);
+    let strategy = |i: usize| -> Task<'_, FittedCurve<D>> {
         let curve = CurveFit { fair, batch, i, kept: pieces.kept_of(i), queue: &queue, desk: &desks[i] };
         Box::pin(async move {
-            let fitted = match ready {
+            let fitted = match prepare(i) {
                 Ok(ready) => fit_one(curve, ready, allowed(i), in_f32).await,
                 Err(problem) => {
                     let found = (CurveReport::unfitted(problem.status, problem.message), None);
@@ -103,7 +106,7 @@ fn fit_all<const D: usize>(
             fitted
         })
     };
-    let fitted = queue.run(&desks, ready.into_iter().enumerate().map(task).collect())?;
+    let fitted = queue.run(&desks, &size, strategy)?;
     let (mut found, mut on_cpu, mut starts) = (Vec::new(), Vec::new(), Vec::new());
     for own in fitted {
         found.push(own.found);
@@ -112,16 +115,17 @@ fn fit_all<const D: usize>(
     }
     if keeps_apart {
         keep_apart(batch, &pieces.owners, &mut found, |curves, separating| {
-            let queue = Queue::new::<D>(fair, batch, &[], separating, device)?;
-            let mut again: Vec<Task<'_, (usize, Found, bool)>> = Vec::new();
-            for &i in curves {
-                let Some(start) = &starts[i] else { continue };
-                let desk = &desks[again.len()];
-                let curve = CurveFit { fair, batch, i, kept: pieces.kept_of(i), queue: &queue, desk };
-                again.push(Box::pin(fit_again(curve, start, separating.of(i))));
-            }
+            let queue = Queue::new::<D>(fair, batch, separating, device)?;
+            let again: Vec<(usize, &Restart<D>)> =
+                curves.iter().filter_map(|&i| Some((i, &**starts[i].as_ref()?))).collect();
+            let desks = Desk::of(again.len());
+            let strategy = |k: usize| -> Task<'_, (usize, Found, bool)> {
+                let (i, start) = again[k];
+                let curve = CurveFit { fair, batch, i, kept: pieces.kept_of(i), queue: &queue, desk: &desks[k] };
+                Box::pin(fit_again(curve, start, separating.of(i)))
+            };
             let mut all = Vec::new();
-            for (i, found, own) in queue.run(&desks, again)? {
+            for (i, found, own) in queue.run(&desks, &|k| size(again[k].0), strategy)? {
                 on_cpu[i] = own;
                 all.push(found);
             }

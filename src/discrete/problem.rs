@@ -18,7 +18,7 @@ use crate::parallel;
 use crate::sort;
 
 /// Curves side by side on the CPU, as many as one AVX2 register holds f64 numbers.
-const LANES: usize = 4;
+pub(super) const LANES: usize = 4;
 
 /// Curves of more edges descend alone.
 ///
@@ -320,44 +320,91 @@ pub(crate) fn descend_on_cpu<const D: usize>(
     problems: &[&Problem<D>],
     ended: Ended<'_, D>,
 ) -> Vec<Outcome<D>> {
-    let functionals: Vec<&Functional> = energy.terms().iter().map(|(_, functional)| functional).collect();
-    let kind = |i: usize| (problems[i].closed, problems[i].base.len());
-    let order = sort::order(problems.len(), &|i, j| kind(i).cmp(&kind(j)));
-    let mut groups: Vec<Vec<usize>> = Vec::new();
-    for &i in &order {
-        match groups.last_mut() {
-            Some(group)
-                if group.len() < LANES && problems[i].base.len() <= LONG && problems[group[0]].suits(problems[i]) =>
-            {
-                group.push(i);
+    let groups = Groups::of(problems);
+    let descend = |kept: &mut Workspace<D>, k: usize| kept.descend(plan, energy, problems, groups.get(k), ended);
+    let found = parallel::map_with(groups.len(), 1, Workspace::default, descend);
+    groups.restore(found.into_iter().flatten())
+}
+
+/// Descends every curve, on this thread of the CPU in f64.
+pub(super) fn descend_here<const D: usize>(
+    plan: &Plan,
+    energy: &Energy,
+    problems: &[&Problem<D>],
+    ended: Ended<'_, D>,
+    kept: &mut Workspace<D>,
+) -> Vec<Outcome<D>> {
+    let groups = Groups::of(problems);
+    groups.restore((0..groups.len()).flat_map(|k| kept.descend(plan, energy, problems, groups.get(k), ended)))
+}
+
+/// Curves by groups that descend side by side.
+struct Groups {
+    order: Vec<usize>,
+    /// Where each group begins in the order, and where the last ends.
+    offsets: Vec<usize>,
+}
+
+impl Groups {
+    fn of<const D: usize>(problems: &[&Problem<D>]) -> Self {
+        let kind = |i: usize| (problems[i].closed, problems[i].base.len());
+        let order = sort::order(problems.len(), &|i, j| kind(i).cmp(&kind(j)));
+        let mut offsets = vec![0];
+        for k in 1..order.len() {
+            let first = offsets[offsets.len() - 1];
+            let (group, own) = (problems[order[first]], problems[order[k]]);
+            if k - first == LANES || own.base.len() > LONG || !group.suits(own) {
+                offsets.push(k);
             }
-            _ => groups.push(vec![i]),
         }
+        offsets.extend((!order.is_empty()).then_some(order.len()));
+        Groups { order, offsets }
     }
-    let solved: Vec<Vec<Outcome<D>>> = parallel::map_with(
-        groups.len(),
-        1,
-        || (None, None),
-        |(in_lanes, alone), k| {
-            let group = &groups[k];
-            let members: Vec<&Problem<D>> = group.iter().map(|&i| problems[i]).collect();
-            let outcomes = if members.len() > 1 && has_wide_registers() {
-                descend::<Lanes<f64, LANES>, D>(plan, &functionals, &members, in_lanes)
-            } else {
-                let mut outcomes = Vec::with_capacity(members.len());
-                for member in members {
-                    outcomes.append(&mut descend::<f64, D>(plan, &functionals, &[member], alone));
-                }
-                outcomes
-            };
-            group.iter().zip(&outcomes).for_each(|(&i, outcome)| ended(i, outcome));
-            outcomes
-        },
-    );
-    let mut outcomes: Vec<Option<Outcome<D>>> = (0..problems.len()).map(|_| None).collect();
-    let all = groups.into_iter().flatten().zip(solved.into_iter().flatten());
-    all.for_each(|(i, outcome)| outcomes[i] = Some(outcome));
-    outcomes.into_iter().map(|outcome| outcome.expect("every curve is in one group")).collect()
+
+    fn len(&self) -> usize {
+        self.offsets.len() - 1
+    }
+
+    fn get(&self, k: usize) -> &[usize] {
+        &self.order[self.offsets[k]..self.offsets[k + 1]]
+    }
+
+    /// What was found in the order of the groups, in that of the curves.
+    fn restore<T>(&self, found: impl Iterator<Item = T>) -> Vec<T> {
+        let mut all: Vec<Option<T>> = self.order.iter().map(|_| None).collect();
+        self.order.iter().zip(found).for_each(|(&i, found)| all[i] = Some(found));
+        all.into_iter().map(|found| found.expect("every curve is in one group")).collect()
+    }
+}
+
+/// Memory of descents, which those after them use again.
+#[derive(Default)]
+pub(super) struct Workspace<const D: usize> {
+    in_lanes: Option<Newton<Lanes<f64, LANES>, D>>,
+    alone: Option<Newton<f64, D>>,
+}
+
+impl<const D: usize> Workspace<D> {
+    /// Descends the curves of a group.
+    fn descend(
+        &mut self,
+        plan: &Plan,
+        energy: &Energy,
+        problems: &[&Problem<D>],
+        group: &[usize],
+        ended: Ended<'_, D>,
+    ) -> Vec<Outcome<D>> {
+        let functionals: Vec<&Functional> = energy.terms().iter().map(|(_, functional)| functional).collect();
+        let members: Vec<&Problem<D>> = group.iter().map(|&i| problems[i]).collect();
+        let outcomes = if members.len() > 1 && has_wide_registers() {
+            descend::<Lanes<f64, LANES>, D>(plan, &functionals, &members, &mut self.in_lanes)
+        } else {
+            let own = |member| descend::<f64, D>(plan, &functionals, &[member], &mut self.alone);
+            members.into_iter().flat_map(own).collect()
+        };
+        group.iter().zip(&outcomes).for_each(|(&i, outcome)| ended(i, outcome));
+        outcomes
+    }
 }
 
 /// Descends up to S::LANES curves that suit each other.

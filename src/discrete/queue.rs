@@ -6,7 +6,8 @@
 //!
 //! A strategy (continuation, restarts, multipliers, …) is an `async fn` for one curve, a state machine that the compiler
 //! writes. Only the queue knows that there are many. It polls every curve until it asks for a descent or is done, descends
-//! what is asked for side by side, and hands the outcomes back.
+//! what is asked for side by side, and hands the outcomes back. A GPU has all curves side by side. On the CPU each thread takes
+//! [`Part`]s of them, from the first poll to the end, so that no thread waits for others, and memory stays with its thread.
 
 use std::collections::BTreeMap;
 use std::future::{Future, poll_fn};
@@ -17,21 +18,28 @@ use std::task::{Context, Poll, Waker};
 use super::curve_limits::fencing;
 use super::descent_gpu::descend_on_gpu;
 use super::energy::Energy;
-use super::fair::Fair;
+use super::fair::{Fair, Segments};
 use super::plan::{Plan, Solver};
-use super::problem::{Outcome, Problem, descend_on_cpu};
+use super::problem::{LANES, Outcome, Problem, Workspace, descend_here, descend_on_cpu};
 use super::separation::SeparatingHalfPlanes;
-use super::setup::PreparedCurve;
+use super::setup::MOST_EDGES_IN_F32;
 use super::within::has_kernel;
-use crate::batch::{CurveBatch, Unfitted};
+use crate::batch::CurveBatch;
 use crate::device::{Device, DeviceReport};
 use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::parallel;
 use crate::precision::Precision;
+use crate::sort;
 
-/// Curves under way at most, on the CPU and on a GPU. Others start as these end.
-const UNDER_WAY: [usize; 2] = [1 << 14, 1 << 20];
+/// Curves under way at most on a GPU. Others start as these end.
+const MOST_UNDER_WAY: usize = 1 << 20;
+
+/// Curves at most that a thread of the CPU takes at a time. More leave its caches.
+const MOST_AT_A_TIME: usize = 256;
+
+/// Parts for each thread of the CPU, where there are enough curves to fill lanes.
+const PARTS: usize = 8;
 
 /// What a descent minimises.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -143,11 +151,16 @@ impl<'a> Queue<'a> {
     pub fn new<const D: usize>(
         fair: &Fair,
         batch: &CurveBatch,
-        ready: &[std::result::Result<PreparedCurve<D>, Unfitted>],
         separating: &SeparatingHalfPlanes,
         device: &'a Device,
     ) -> Result<Self> {
-        let is_well_conditioned = ready.iter().flatten().all(PreparedCurve::suits_f32);
+        let is_well_conditioned = match fair.segments {
+            Segments::PerSpan(n) => n <= MOST_EDGES_IN_F32 as usize,
+            Segments::Spacing(spacing) => {
+                let suits = |chord: f64| chord <= f64::from(MOST_EDGES_IN_F32) * spacing;
+                (0..batch.len()).all(|i| batch.chords(i).all(suits))
+            }
+        };
         let descender = |energy: Energy| Descender::new(fair, energy, is_well_conditioned, device);
         let stages = fair.energy.stages().into_iter();
         let stages = stages.map(|bound| Ok((bound, descender(fair.energy.within(bound))?)));
@@ -186,57 +199,136 @@ impl<'a> Queue<'a> {
         })
     }
 
-    /// Runs the strategies of all curves to their ends. Task k asks at desk k.
+    /// Runs the strategies of curves of these sizes to their ends. Strategy k asks at desk k.
     ///
     /// # Errors
     /// Errors of submissions to a GPU.
-    pub fn run<T: Send, const D: usize>(&self, desks: &[Desk<D>], tasks: Vec<Task<'_, T>>) -> Result<Vec<T>> {
-        let mut done: Vec<Option<T>> = tasks.iter().map(|_| None).collect();
-        let most = UNDER_WAY[usize::from(self.free.gpu.is_some())];
-        let mut others = tasks.into_iter().enumerate();
-        let mut running: Vec<(usize, Task<'_, T>)> = Vec::new();
+    pub fn run<'t, T: Send, const D: usize>(
+        &self,
+        desks: &[Desk<D>],
+        size: &dyn Fn(usize) -> usize,
+        strategy: impl Fn(usize) -> Task<'t, T> + Sync,
+    ) -> Result<Vec<T>> {
+        if self.free.gpu.is_some() {
+            return self.run_part(desks, 0..desks.len(), &strategy, None);
+        }
+        let parts = Parts::of(desks.len(), size);
+        let run = |kept: &mut Workspace<D>, p: usize| self.run_part(desks, parts.curves(p), &strategy, Some(kept));
+        let found = parallel::map_with(parts.len(), 1, Workspace::default, run);
+        let mut done: Vec<Option<T>> = desks.iter().map(|_| None).collect();
+        for (p, found) in found.into_iter().enumerate() {
+            parts.curves(p).zip(found?).for_each(|(k, found)| done[k] = Some(found));
+        }
+        Ok(done.into_iter().map(|done| done.expect("every curve is in one part")).collect())
+    }
+
+    /// Runs some strategies side by side: on this thread with the memory that it keeps, or on all threads or the GPU.
+    fn run_part<'t, T: Send, const D: usize>(
+        &self,
+        desks: &[Desk<D>],
+        curves: impl ExactSizeIterator<Item = usize>,
+        strategy: &impl Fn(usize) -> Task<'t, T>,
+        mut kept: Option<&mut Workspace<D>>,
+    ) -> Result<Vec<T>> {
+        let mut done: Vec<Option<T>> = (0..curves.len()).map(|_| None).collect();
+        let mut others = curves.enumerate();
+        let mut running: Vec<Running<'t, T>> = Vec::new();
         loop {
-            running.extend(others.by_ref().take(most - running.len()));
+            let next = others.by_ref().take(MOST_UNDER_WAY - running.len());
+            running.extend(next.map(|(place, k)| Running { place, k, task: strategy(k) }));
             if running.is_empty() {
                 return Ok(done.into_iter().map(|done| done.expect("every curve ends")).collect());
             }
-            self.answer(desks, running.iter().map(|(i, _)| *i))?;
-            for (i, polled, task) in parallel::of(std::mem::take(&mut running), poll) {
+            let all = std::mem::take(&mut running);
+            let polled = match kept {
+                Some(_) => all.into_iter().map(Running::poll).collect(),
+                None => parallel::of(all, Running::poll),
+            };
+            for (own, polled) in polled {
                 match polled {
-                    Poll::Ready(found) => done[i] = Some(found),
-                    Poll::Pending => running.push((i, task)),
+                    Poll::Ready(found) => done[own.place] = Some(found),
+                    Poll::Pending => running.push(own),
                 }
             }
+            self.answer(desks, &running, kept.as_deref_mut())?;
         }
     }
 
     /// Descends what these curves ask for.
-    fn answer<const D: usize>(&self, desks: &[Desk<D>], curves: impl Iterator<Item = usize>) -> Result<()> {
+    fn answer<T, const D: usize>(
+        &self,
+        desks: &[Desk<D>],
+        curves: &[Running<'_, T>],
+        mut kept: Option<&mut Workspace<D>>,
+    ) -> Result<()> {
         let mut groups = BTreeMap::new();
-        for i in curves {
-            let State::Asked { problem, goal, on_cpu } = desks[i].replace(State::Idle) else { continue };
-            groups.entry((goal, on_cpu)).or_insert_with(Vec::new).push((i, problem));
+        for Running { k, .. } in curves {
+            let State::Asked { problem, goal, on_cpu } = desks[*k].replace(State::Idle) else { continue };
+            groups.entry((goal, on_cpu)).or_insert_with(Vec::new).push((*k, problem));
         }
         for ((goal, on_cpu), asked) in groups {
-            let of = self.descender(goal);
+            let Descender { energy, plan, gpu } = self.descender(goal);
             let all: Vec<&Problem<D>> = asked.iter().map(|(_, problem)| &**problem).collect();
             // Notices a flag that stops the fit.
             let ended = |_: usize, _: &Outcome<D>| self.device.finished(0);
-            let outcomes = match of.gpu.filter(|_| !on_cpu) {
-                Some((gpu, precision)) => descend_on_gpu(gpu, precision, &of.plan, &of.energy, &all, &ended)?,
-                None => descend_on_cpu(&of.plan, &of.energy, &all, &ended),
+            let outcomes = match (gpu.filter(|_| !on_cpu), kept.as_deref_mut()) {
+                (Some((gpu, precision)), _) => descend_on_gpu(gpu, precision, plan, energy, &all, &ended)?,
+                (None, Some(kept)) => descend_here(plan, energy, &all, &ended, kept),
+                (None, None) => descend_on_cpu(plan, energy, &all, &ended),
             };
-            for ((i, problem), outcome) in asked.into_iter().zip(outcomes) {
-                desks[i].replace(State::Answered(problem, outcome));
+            for ((k, problem), outcome) in asked.into_iter().zip(outcomes) {
+                desks[k].replace(State::Answered(problem, outcome));
             }
         }
         Ok(())
     }
 }
 
-fn poll<T>((i, mut task): (usize, Task<'_, T>)) -> (usize, Poll<T>, Task<'_, T>) {
-    let polled = task.as_mut().poll(&mut Context::from_waker(Waker::noop()));
-    (i, polled, task)
+/// A strategy under way: its place among those side by side, its desk, and what is left of it.
+struct Running<'t, T> {
+    place: usize,
+    k: usize,
+    task: Task<'t, T>,
+}
+
+impl<T> Running<'_, T> {
+    fn poll(mut self) -> (Self, Poll<T>) {
+        let polled = self.task.as_mut().poll(&mut Context::from_waker(Waker::noop()));
+        (self, polled)
+    }
+}
+
+/// Curves in parts, each for a thread from the first poll to the end. Curves of similar sizes are in one part.
+struct Parts {
+    order: Vec<usize>,
+    /// Where each part begins in the order, and where the last ends.
+    offsets: Vec<usize>,
+}
+
+impl Parts {
+    fn of(n: usize, size: &dyn Fn(usize) -> usize) -> Self {
+        let sizes: Vec<usize> = (0..n).map(size).collect();
+        let order = sort::order(n, &|i, j| sizes[i].cmp(&sizes[j]));
+        let enough = sizes.iter().sum::<usize>() / (PARTS * parallel::threads());
+        let (mut offsets, mut sum) = (vec![0], 0);
+        for (k, &i) in order.iter().enumerate() {
+            sum += sizes[i];
+            let count = k + 1 - offsets[offsets.len() - 1];
+            if k + 1 == n || count == MOST_AT_A_TIME || (count >= LANES && sum >= enough) {
+                offsets.push(k + 1);
+                sum = 0;
+            }
+        }
+        Parts { order, offsets }
+    }
+
+    fn len(&self) -> usize {
+        self.offsets.len() - 1
+    }
+
+    fn curves(&self, part: usize) -> impl ExactSizeIterator<Item = usize> {
+        self.order[self.offsets[part]..self.offsets[part + 1]].iter().copied()
+    }
 }
 
 impl<'a> Descender<'a> {

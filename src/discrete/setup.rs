@@ -18,9 +18,8 @@ use crate::device::Device;
 use crate::error::Result;
 use crate::ground::{Halved, lost};
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
-use crate::parallel;
 use crate::report::{CurveReport, CurveSet};
-use crate::spline::{Natural, Parametrisation};
+use crate::spline::{CubicSplines, Natural, Parametrisation};
 use crate::status::CurveStatus;
 use crate::{Constraints, Unfitted};
 
@@ -37,7 +36,7 @@ const LEAST_CURVATURE: f64 = 0.1;
 /// The most edges a span for which f32 has enough digits for bending.
 ///
 /// The condition grows as the fourth power of the edges.
-const MOST_EDGES_IN_F32: u32 = 200;
+pub(super) const MOST_EDGES_IN_F32: u32 = 200;
 
 /// A curve this many times as long as its chord polygon has run away.
 ///
@@ -65,64 +64,81 @@ pub(crate) struct PreparedCurve<const D: usize> {
     pub energy_unit: f64,
 }
 
-/// [`set_up_pieces`] for whole curves.
+/// The natural and periodic splines through the points of a batch, from which its curves start.
+pub(super) struct SplineStarts<'a> {
+    fair: &'a Fair,
+    batch: &'a CurveBatch,
+    halved: Option<Halved>,
+    splines: CubicSplines,
+    reports: Vec<CurveReport>,
+}
+
+impl<'a> SplineStarts<'a> {
+    /// The splines of a batch.
+    ///
+    /// # Errors
+    /// Constraints that no spline takes.
+    pub fn new(fair: &'a Fair, batch: &'a CurveBatch) -> Result<Self> {
+        let start = Natural { parametrisation: Parametrisation::ChordLength, ..Natural::default() };
+        let halved = fair.surface.as_ref().and_then(|surface| Halved::of(batch, &**surface));
+        let points = match &halved {
+            Some(halved) => halved.batch.clone(),
+            None => batch.with_points(batch.coords().to_vec(), batch.offsets().to_vec()),
+        };
+        // In a surface a start has no given tangents, whether a neighbour is halved or not.
+        let points = if fair.surface.is_some() { points } else { points.with_constraints(end_tangents(batch))? };
+        let (splines, reports) = start.fit_splines(&points, &Device::cpu())?;
+        Ok(SplineStarts { fair, batch, halved, splines, reports })
+    }
+
+    /// Brings a curve to vertices, or says why it cannot be fitted.
+    ///
+    /// It starts from `own`, where that is given and goes through its pins. `kept` says whether it keeps its first and its
+    /// last point whatever the pins say.
+    pub fn prepare<const D: usize>(
+        &self,
+        i: usize,
+        kept: [bool; 2],
+        own: Option<Box<dyn Curve + '_>>,
+    ) -> Result<PreparedCurve<D>, Unfitted> {
+        let SplineStarts { fair, batch, .. } = *self;
+        let report: &CurveReport = &self.reports[i];
+        if report.status != CurveStatus::Converged {
+            let message = report.message.clone().unwrap_or_default();
+            return Err(Unfitted { status: report.status, message });
+        }
+        let own = own.and_then(|start| ready::<D>(fair, batch, i, kept, start.as_ref(), false).ok());
+        match own.filter(|ready| ready.goes_through_its_pins(batch.points(i).as_chunks::<D>().0)) {
+            Some(ready) => Ok(ready),
+            None => {
+                let spline = self.splines.curve(i);
+                let spline = self.halved.iter().fold(spline, |spline, halved| halved.joined(i, spline));
+                ready::<D>(fair, batch, i, kept, spline.as_ref(), true)
+            }
+        }
+    }
+}
+
+/// [`SplineStarts::prepare`] for all curves of a batch.
 #[cfg(test)]
 pub(crate) fn set_up<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,
 ) -> Result<Vec<Result<PreparedCurve<D>, Unfitted>>> {
-    set_up_pieces(fair, batch, &[])
+    let starts = SplineStarts::new(fair, batch)?;
+    Ok((0..batch.len()).map(|i| starts.prepare(i, [false; 2], None)).collect())
 }
 
-/// Brings every curve of a batch to vertices, or says why it cannot be fitted.
-///
-/// `limits_result` says which curves keep their first or last point whatever the pins say. If it is empty
-/// none do.
-pub(super) fn set_up_pieces<const D: usize>(
+/// Brings one curve of a batch to vertices on the spline through its points.
+pub(super) fn set_up_on_spline<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,
-    kept: &[[bool; 2]],
-) -> Result<Vec<Result<PreparedCurve<D>, Unfitted>>> {
-    set_up_from(fair, batch, kept, &|_| None)
-}
-
-/// Curves to start from, by the numbers of the curves.
-pub(super) type Starts<'a> = &'a (dyn Fn(usize) -> Option<Box<dyn Curve + 'a>> + Sync);
-
-/// [`set_up_pieces`] from other start curves, where there are some that go through their pins.
-pub(super) fn set_up_from<const D: usize>(
-    fair: &Fair,
-    batch: &CurveBatch,
-    kept: &[[bool; 2]],
-    starts: Starts<'_>,
-) -> Result<Vec<Result<PreparedCurve<D>, Unfitted>>> {
-    let start = Natural { parametrisation: Parametrisation::ChordLength, ..Natural::default() };
-    let halved = fair.surface.as_ref().and_then(|surface| Halved::of(batch, &**surface));
-    let points = match &halved {
-        Some(halved) => halved.batch.clone(),
-        None => batch.with_points(batch.coords().to_vec(), batch.offsets().to_vec()),
-    };
-    // In a surface a start has no given tangents, whether a neighbour is halved or not.
-    let points = if fair.surface.is_some() { points } else { points.with_constraints(end_tangents(batch))? };
-    let (splines, reports) = start.fit_splines(&points, &Device::cpu())?;
-    let one = |i: usize| {
-        let report: &CurveReport = &reports[i];
-        if report.status != CurveStatus::Converged {
-            let message = report.message.clone().unwrap_or_default();
-            return Err(Unfitted { status: report.status, message });
-        }
-        let kept = kept.get(i).copied().unwrap_or_default();
-        let own = starts(i).and_then(|start| ready::<D>(fair, batch, i, kept, start.as_ref(), false).ok());
-        match own.filter(|ready| ready.goes_through_its_pins(batch.points(i).as_chunks::<D>().0)) {
-            Some(ready) => Ok(ready),
-            None => {
-                let spline = splines.curve(i);
-                let spline = halved.iter().fold(spline, |spline, halved| halved.joined(i, spline));
-                ready::<D>(fair, batch, i, kept, spline.as_ref(), true)
-            }
-        }
-    };
-    Ok(parallel::map(batch.len(), 16, one))
+    i: usize,
+    kept: [bool; 2],
+) -> Result<PreparedCurve<D>, Unfitted> {
+    let own = batch.select(&[i]);
+    let starts = SplineStarts::new(fair, &own).expect("the batch has splines");
+    starts.prepare(0, kept, None)
 }
 
 /// Brings a curve of a batch to vertices on another curve through its points.

@@ -15,7 +15,7 @@ use super::curves::{FairCurves, Fitted, Vertices};
 use super::energy::{Functional, length};
 use super::fair::{Fair, Segments};
 use super::limits::{Limits, Span};
-use super::setup::{PreparedCurve, set_up_pieces};
+use super::setup::{PreparedCurve, SplineStarts};
 use super::starts::set_up_at;
 use super::tally::Tally;
 use crate::batch::{CurveBatch, Unfitted};
@@ -62,12 +62,10 @@ pub(super) fn fit<const D: usize>(
     device: &Device,
     tally: &Tally<'_>,
 ) -> Result<Fitted> {
-    let ready = set_up_pieces::<D>(fair, batch, kept)?;
-    let found = parallel::map(ready.len(), 1, |i| {
-        let found = match &ready[i] {
-            Ok(ready) => fit_one(fair, batch, i, ready),
-            Err(problem) => Err(problem.clone()),
-        };
+    let starts = SplineStarts::new(fair, batch)?;
+    let found = parallel::map(batch.len(), 1, |i| {
+        let ready = starts.prepare::<D>(i, kept.get(i).copied().unwrap_or_default(), None);
+        let found = ready.and_then(|ready| fit_one(fair, batch, i, &ready));
         tally.finished(i);
         match found {
             Ok((report, vertices)) => (report, Ok(vertices)),
@@ -76,11 +74,11 @@ pub(super) fn fit<const D: usize>(
             }
         }
     });
+    let (reports, curves): (_, Vec<_>) = found.into_iter().unzip();
     let mut device = device.report_of(Precision::F64);
     if device.is_gpu {
-        device.finished_on_cpu = ready.iter().filter(|ready| ready.is_ok()).count();
+        device.finished_on_cpu = curves.iter().filter(|curve| curve.is_ok()).count();
     }
-    let (reports, curves) = found.into_iter().unzip();
     Ok(Fitted { curves, reports, device })
 }
 

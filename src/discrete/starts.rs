@@ -5,7 +5,7 @@ use rand::rngs::ChaCha12Rng;
 use rand::{RngExt, SeedableRng};
 
 use super::fair::Fair;
-use super::setup::{PreparedCurve, set_up_on, set_up_pieces};
+use super::setup::{PreparedCurve, set_up_on, set_up_on_spline};
 use crate::Unfitted;
 use crate::batch::CurveBatch;
 use crate::curve::{Curve, Jet, vector};
@@ -34,8 +34,7 @@ pub(super) fn set_up_at<const D: usize>(
     if start > 0 {
         return set_up_on(fair, batch, i, kept, &Hermite::start::<D>(batch, i, start, fair.seed));
     }
-    let spline = set_up_pieces(fair, &batch.select(&[i]), &[kept]).map(|mut ready| ready.remove(0));
-    spline.expect("the batch had splines before")
+    set_up_on_spline(fair, batch, i, kept)
 }
 
 /// Cubics through points with given tangents.
