@@ -60,6 +60,16 @@ pub(crate) fn of<T: Send, U: Send>(items: impl IntoIterator<Item = T>, of: impl 
     joined(n, found)
 }
 
+/// `work` on every item.
+pub(crate) fn each<T: Send>(items: &mut [T], work: impl Fn(&mut T) + Sync) {
+    let mut tasks: Vec<Task> = Vec::new();
+    for items in items.chunks_mut(part(items.len(), TOGETHER / 16)) {
+        let work = &work;
+        tasks.push(Box::new(move || items.iter_mut().for_each(work)));
+    }
+    run(&mut tasks);
+}
+
 /// `work` on every part of an array. Part k goes from `ends[k]` to `ends[k + 1]`, less `ends[0]`.
 /// Threads take parts of about [`TOGETHER`] entries at a time, or more.
 pub(crate) fn parts<T: Send>(array: &mut [T], ends: &[usize], work: impl Fn(usize, &mut [T]) + Sync) {

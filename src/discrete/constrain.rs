@@ -216,6 +216,9 @@ pub(super) fn repeat<const D: usize>(
     rows: &mut [u32],
     closed: bool,
 ) {
+    if constraints.is_empty() {
+        return;
+    }
     let count = vertices.len();
     let mut all = Vec::with_capacity(count + 2 * constraints.len());
     let mut own = rows.iter_mut().peekable();
@@ -244,6 +247,9 @@ pub(super) fn lay_short<const D: usize>(
     base: &mut [Vector<f64, D>],
     size: f64,
 ) -> usize {
+    if constraints.is_empty() {
+        return 0;
+    }
     let count: usize = constraints.iter().map(Constrained::edges).sum();
     let length: f64 = base.iter().map(|edge| dot(*edge, *edge).sqrt()).sum();
     let h = length / (base.len() - count) as f64;

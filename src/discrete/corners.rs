@@ -2,7 +2,7 @@
 //!
 //! The pieces are fitted side by side as curves of their own, and joined again.
 
-use super::curves::{Fitted, Vertices};
+use super::curves::{Fitted, Tangents, Vertices};
 use crate::batch::{CurveBatch, Piece};
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::report::CurveReport;
@@ -65,17 +65,13 @@ impl Corners {
         for of_curve in self.pieces.chunk_by(|a, b| a.curve == b.curve) {
             let i = of_curve[0].curve;
             let (parts, of_parts): (Vec<_>, Vec<_>) = fitted.by_ref().take(of_curve.len()).unzip();
-            let parts: Result<Vec<Vertices>, Vec<f64>> = parts.into_iter().collect();
-            let mut report = CurveReport::joined(of_parts);
-            let curve = match parts {
-                Ok(parts) => Ok(joined_vertices(of_curve, parts, batch.is_closed(i), batch.dimension())),
-                Err(_) => {
-                    report = CurveReport::unfitted(report.status, report.message.unwrap_or_default());
-                    Err(batch.points(i).to_vec())
-                }
-            };
-            curves.push(curve);
-            reports.push(report);
+            let parts: Option<Vec<Vertices>> = parts.into_iter().collect();
+            let report = CurveReport::joined(of_parts);
+            reports.push(match parts {
+                Some(_) => report,
+                None => CurveReport::unfitted(report.status, report.message.unwrap_or_default()),
+            });
+            curves.push(parts.map(|parts| joined_vertices(of_curve, parts, batch.is_closed(i), batch.dimension())));
         }
         Fitted { curves, reports, device: pieces.device }
     }
@@ -132,7 +128,7 @@ fn joined_vertices(pieces: &[Piece], mut parts: Vec<Vertices>, closed: bool, dim
         corners.push(start);
         coords.extend_from_slice(&part.coords[..part.coords.len() - dimension]);
         rows.extend(part.rows[..part.rows.len() - 1].iter().map(|row| start + row));
-        given.extend(part.given.iter().map(|own| own.after(start)));
+        given.extend(part.tangents().given.iter().map(|own| own.after(start)));
     }
     let count = (coords.len() / dimension) as u32;
     rows.push(count);
@@ -151,9 +147,10 @@ fn joined_vertices(pieces: &[Piece], mut parts: Vec<Vertices>, closed: bool, dim
         corners.sort_unstable();
         given.iter_mut().for_each(|own| own.row = round(own.row));
         given.sort_unstable_by_key(|own| own.row);
-        return Vertices { coords, rows: turned, corners, given, frames: None };
+        let tangents = Tangents { corners, given, ..Tangents::default() }.boxed();
+        return Vertices { coords, rows: turned, tangents };
     };
     coords.extend_from_slice(&last.coords[last.coords.len() - dimension..]);
     corners.remove(0);
-    Vertices { coords, rows, corners, given, frames: None }
+    Vertices { coords, rows, tangents: Tangents { corners, given, ..Tangents::default() }.boxed() }
 }

@@ -17,8 +17,10 @@ use crate::surface::Surface;
 use glam::DVec3;
 
 use super::constrain::Constrained;
-use super::problem::Outcome;
 use super::setup::PreparedCurve;
+use crate::linalg::scalar::Vector;
+use crate::ragged;
+use crate::sort;
 
 /// One fitted curve: its vertices, and the rows that stand for data points.
 #[derive(Clone, Debug)]
@@ -29,14 +31,32 @@ pub(crate) struct Vertices {
     ///
     /// A closed curve has one more, the row after its last.
     pub rows: Vec<u32>,
+    /// What few curves have.
+    pub tangents: Option<Box<Tangents>>,
+}
+
+/// What is known of the tangents of a curve otherwise than from its vertices.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tangents {
     /// The rows of the vertices that are corners, increasing.
     ///
     /// Ends of open curves are not among them.
     pub corners: Vec<u32>,
     /// The tangents that are given, by increasing rows.
     pub given: Vec<Given>,
-    /// The tangent and the curvature vector at every vertex, where they are known otherwise than from the vertices.
-    pub frames: Option<Vec<Frame>>,
+    /// The tangent and the curvature vector at every vertex, or none.
+    pub frames: Vec<Frame>,
+}
+
+/// Those of most curves.
+static FROM_VERTICES: Tangents = Tangents { corners: Vec::new(), given: Vec::new(), frames: Vec::new() };
+
+impl Tangents {
+    /// `None` where nothing is known.
+    pub fn boxed(self) -> Option<Box<Self>> {
+        let is_known = !(self.corners.is_empty() && self.given.is_empty() && self.frames.is_empty());
+        is_known.then(|| Box::new(self))
+    }
 }
 
 /// A tangent, and perhaps a curvature vector, given at a vertex.
@@ -55,9 +75,11 @@ impl Given {
 }
 
 impl Vertices {
-    /// Those of a curve where its descent ended, one at the ends of short edges.
-    pub fn of<const D: usize>(ready: &PreparedCurve<D>, outcome: &Outcome<D>) -> Self {
-        let vertices = ready.vertices_of(outcome);
+    /// Those of a curve, one at the ends of short edges.
+    pub fn of<const D: usize>(ready: &PreparedCurve<D>, vertices: Vec<Vector<f64, D>>) -> Self {
+        if ready.given.is_empty() {
+            return Vertices { coords: vertices.into_flattened(), rows: ready.rows.clone(), tangents: None };
+        }
         let mut repeats = vec![false; vertices.len() + 1];
         for own in &ready.given {
             repeats[own.row + 1..=own.row + own.edges()].fill(true);
@@ -79,7 +101,12 @@ impl Vertices {
             curvature: own.curvature.map(|curvature| vector(&curvature)),
         };
         let given = ready.given.iter().map(given).collect();
-        Vertices { coords, rows, corners: vec![], given, frames: None }
+        Vertices { coords, rows, tangents: Tangents { given, ..Tangents::default() }.boxed() }
+    }
+
+    /// What is known of its tangents.
+    pub fn tangents(&self) -> &Tangents {
+        self.tangents.as_deref().unwrap_or(&FROM_VERTICES)
     }
 
     /// Planar vertices in space, by what lifts a place, of a data point if there is one, and a vector.
@@ -93,47 +120,49 @@ impl Vertices {
         let mut of_row = vec![None; count];
         self.rows.iter().zip(points).for_each(|(&row, &point)| of_row[row as usize % count] = Some(point));
         let places = self.coords.as_chunks::<2>().0.iter().zip(of_row).map(|(x, point)| place(*x, point));
-        let given = self.given.iter().map(|own| Given {
+        let given = self.tangents().given.iter().map(|own| Given {
             row: own.row,
             tangent: vector(own.tangent),
             curvature: own.curvature.map(vector),
         });
+        let tangents =
+            Tangents { corners: self.tangents().corners.clone(), given: given.collect(), ..Tangents::default() };
         Vertices {
             coords: places.flat_map(|place| place.to_array()).collect(),
             rows: self.rows.clone(),
-            corners: self.corners.clone(),
-            given: given.collect(),
-            frames: None,
+            tangents: tangents.boxed(),
         }
-    }
-
-    /// The vertices in space.
-    pub fn places(&self) -> Vec<DVec3> {
-        self.coords.chunks_exact(3).map(vector).collect()
     }
 }
 
 /// The curves of a batch in its order, with their reports.
-///
-/// A fitted curve has its vertices, an unfitted one its data points.
 pub(crate) struct Fitted {
-    pub curves: Vec<Result<Vertices, Vec<f64>>>,
+    /// The vertices of each curve, unless it comes out as its input.
+    pub curves: Vec<Option<Vertices>>,
     pub reports: Vec<CurveReport>,
     /// The device that did the work.
     pub device: DeviceReport,
 }
 
 /// The curves of a batch.
-///
-/// A fitted curve has its vertices, an unfitted one its input.
 pub(crate) struct FairCurves {
-    pub dimension: usize,
-    pub curves: Vec<Result<Vertices, Input>>,
+    dimension: usize,
+    /// The coordinates of the vertices of all curves that were fitted.
+    coords: Vec<f64>,
+    /// Where the coordinates of each curve begin, and where the last end.
+    offsets: Vec<usize>,
     /// The parameters of the data points of every curve, from [`knots_of`].
-    pub knots: Vec<Vec<f64>>,
-    pub closed: Vec<bool>,
-    pub problems: BTreeMap<usize, Unfitted>,
-    pub origin: Arc<Origin>,
+    knots: Vec<f64>,
+    /// The rows of the vertices of data points, one for each knot.
+    rows: Vec<u32>,
+    /// Where the knots of each curve begin, and where the last end.
+    first_knots: Vec<usize>,
+    tangents: BTreeMap<usize, Tangents>,
+    /// The points of the curves that were not fitted.
+    inputs: BTreeMap<usize, Input>,
+    closed: Vec<bool>,
+    problems: BTreeMap<usize, Unfitted>,
+    origin: Arc<Origin>,
     /// The surface that the curves lie in.
     surface: Option<Arc<dyn Surface>>,
     /// Unit vectors, perpendicular to each other, along which no edge goes back where its span does not.
@@ -144,9 +173,11 @@ pub(crate) struct FairCurves {
 ///
 /// They are the given ones. A closed curve has one more, where it meets its first point again. They
 /// are 0, 1, 2 … where none were given or all are equal.
-pub(super) fn knots_of(batch: &CurveBatch, i: usize) -> Vec<f64> {
-    let ends = batch.count(i) + usize::from(batch.is_closed(i));
-    batch.given_knots(i).unwrap_or_else(|| (0..ends).map(|k| k as f64).collect())
+fn knots_of(batch: &CurveBatch, i: usize, knots: &mut [f64]) {
+    match batch.given_knots(i) {
+        Some(given) => knots.copy_from_slice(&given),
+        None => knots.iter_mut().enumerate().for_each(|(k, knot)| *knot = k as f64),
+    }
 }
 
 /// A curve through vertices.
@@ -165,7 +196,10 @@ pub(super) fn knots_of(batch: &CurveBatch, i: usize) -> Vec<f64> {
 struct FairCurve<'a> {
     dimension: usize,
     closed: bool,
-    vertices: &'a Vertices,
+    /// Flat coordinates of its vertices.
+    coords: &'a [f64],
+    rows: &'a [u32],
+    tangents: &'a Tangents,
     /// The rows at which smooth pieces meet, increasing: corners, and vertices whose tangent is given.
     breaks: Vec<u32>,
     /// The curve along every edge, computed once on demand: lengths and curvatures ask for it many times.
@@ -227,7 +261,7 @@ impl FairCurve<'_> {
     ///
     /// `None` for a span between repeated points, which lies at one vertex.
     fn locate_edge(&self, span: usize, u: f64) -> Option<(usize, f64)> {
-        let (from, to) = (self.vertices.rows[span] as usize, self.vertices.rows[span + 1] as usize);
+        let (from, to) = (self.rows[span] as usize, self.rows[span + 1] as usize);
         let place = u * (to - from) as f64;
         let row = from + (place.floor().max(0.0) as usize).min((to - from).checked_sub(1)?);
         Some((row, place - (row - from) as f64))
@@ -236,7 +270,7 @@ impl FairCurve<'_> {
     /// The point at the fraction of a span. At a vertex it takes nothing but the vertex.
     fn place(&self, span: usize, u: f64) -> DVec3 {
         match self.locate_edge(span, u) {
-            None => self.vertex(self.vertices.rows[span] as usize),
+            None => self.vertex(self.rows[span] as usize),
             Some((row, 0.0)) => self.vertex(row),
             Some((row, 1.0)) => self.vertex(row + 1),
             Some((row, v)) => {
@@ -247,7 +281,7 @@ impl FairCurve<'_> {
     }
 
     fn count(&self) -> usize {
-        self.vertices.coords.len() / self.dimension
+        self.coords.len() / self.dimension
     }
 
     /// The row of a vertex, which goes on past the last of a closed curve.
@@ -259,7 +293,7 @@ impl FairCurve<'_> {
 
     #[inline(always)]
     fn vertex(&self, row: usize) -> DVec3 {
-        vector(&self.vertices.coords[self.wrapped(row) * self.dimension..][..self.dimension])
+        vector(&self.coords[self.wrapped(row) * self.dimension..][..self.dimension])
     }
 
     /// The curve along the edge that begins at a row.
@@ -269,7 +303,7 @@ impl FairCurve<'_> {
 
     /// What is given at a row.
     fn given(&self, row: usize) -> Option<&Given> {
-        let (row, given) = (self.wrapped(row) as u32, &self.vertices.given);
+        let (row, given) = (self.wrapped(row) as u32, &self.tangents.given);
         given.binary_search_by_key(&row, |own| own.row).ok().map(|k| &given[k])
     }
 
@@ -322,8 +356,8 @@ impl FairCurve<'_> {
     /// The frame at a vertex of a smooth piece.
     #[inline(always)]
     fn frame(&self, chords: &[Chord], row: usize, piece: Option<(usize, usize)>) -> Frame {
-        if let Some(frames) = &self.vertices.frames {
-            return frames[self.wrapped(row)];
+        if let Some(frame) = self.tangents.frames.get(self.wrapped(row)) {
+            return *frame;
         }
         let curvature = |row| self.curvature(chords, row, piece);
         let (before, after) = self.chords_at(chords, row);
@@ -430,11 +464,11 @@ impl Curve for FairCurve<'_> {
     }
 
     fn pieces(&self, span: usize) -> usize {
-        (self.vertices.rows[span + 1] - self.vertices.rows[span]) as usize
+        (self.rows[span + 1] - self.rows[span]) as usize
     }
 
     fn motion(&self, span: usize, piece: usize) -> Option<Motion> {
-        let edge = self.cubic(self.vertices.rows[span] as usize + piece);
+        let edge = self.cubic(self.rows[span] as usize + piece);
         Some(Motion { velocity: [edge.a, 2.0 * edge.c, 3.0 * edge.d], acceleration: [edge.bend, edge.bend_change] })
     }
 
@@ -475,16 +509,37 @@ impl Curve for FairCurve<'_> {
 }
 
 impl FairCurves {
-    /// The curves of a batch.
-    pub fn new(
-        batch: &CurveBatch,
-        curves: Vec<Result<Vertices, Vec<f64>>>,
-        problems: BTreeMap<usize, Unfitted>,
-    ) -> Self {
+    /// The curves of a batch, by the vertices of those that were fitted.
+    pub fn new(batch: &CurveBatch, mut curves: Vec<Option<Vertices>>, problems: BTreeMap<usize, Unfitted>) -> Self {
+        let count = |i: usize| curves[i].as_ref().map_or(0, |own| own.coords.len());
+        let ends = |i: usize| batch.count(i) + usize::from(batch.is_closed(i));
+        let offsets = ragged::offsets((0..batch.len()).map(count));
+        let first_knots = ragged::offsets((0..batch.len()).map(ends));
+        let [numbers, all_knots] = [&offsets, &first_knots].map(|offsets| offsets[batch.len()]);
+        let (mut coords, mut knots, mut rows) = (vec![0.0; numbers], vec![0.0; all_knots], vec![0; all_knots]);
+        let of_curve = |i: usize| curves[i].as_ref();
+        parallel::parts(&mut coords, &offsets, |i, coords| {
+            of_curve(i).into_iter().for_each(|own| coords.copy_from_slice(&own.coords));
+        });
+        parallel::parts(&mut rows, &first_knots, |i, rows| {
+            of_curve(i).into_iter().for_each(|own| rows.copy_from_slice(&own.rows));
+        });
+        parallel::parts(&mut knots, &first_knots, |i, knots| knots_of(batch, i, knots));
+        let unfitted = (0..batch.len()).filter(|&i| curves[i].is_none());
+        let inputs = sort::map(unfitted.map(|i| (i, Input::of(batch, i))));
+        let known = curves.iter_mut().enumerate();
+        let tangents = sort::map(known.filter_map(|(i, own)| Some((i, *own.as_mut()?.tangents.take()?))));
+        // What the threads allocated they free, and not one of them for all.
+        parallel::each(&mut curves, |own| *own = None);
         FairCurves {
             dimension: batch.dimension(),
-            knots: (0..batch.len()).map(|i| knots_of(batch, i)).collect(),
-            curves: curves.into_iter().enumerate().map(|(i, curve)| curve.map_err(|_| Input::of(batch, i))).collect(),
+            coords,
+            offsets,
+            knots,
+            rows,
+            first_knots,
+            tangents,
+            inputs,
             closed: (0..batch.len()).map(|i| batch.is_closed(i)).collect(),
             problems,
             origin: batch.origin().clone(),
@@ -501,34 +556,45 @@ impl FairCurves {
     /// Keeps all places of the curves in a surface. What could not be fitted is its points as they were given.
     pub fn lie_in(&mut self, given: &CurveBatch, surface: &Arc<dyn Surface>) {
         self.surface = Some(surface.clone());
-        for (i, curve) in self.curves.iter_mut().enumerate().filter(|(_, curve)| curve.is_err()) {
-            *curve = Err(Input::of(given, i));
-        }
+        self.inputs.iter_mut().for_each(|(i, input)| *input = Input::of(given, *i));
     }
 
-    /// The vertices of curve `i`, if it was fitted.
-    pub fn vertices(&self, i: usize) -> Option<&Vertices> {
-        self.curves[i].as_ref().ok()
+    /// The vertices of curve `i` in space and the rows of its data points, if it was fitted.
+    pub fn vertices(&self, i: usize) -> Option<(Vec<DVec3>, Vec<u32>)> {
+        let curve = self.fair(i)?;
+        Some(((0..curve.count()).map(|row| curve.vertex(row)).collect(), curve.rows.to_vec()))
+    }
+
+    fn knots(&self, i: usize) -> &[f64] {
+        &self.knots[self.first_knots[i]..self.first_knots[i + 1]]
     }
 
     fn fair(&self, i: usize) -> Option<FairCurve<'_>> {
-        let vertices = self.curves[i].as_ref().ok()?;
-        let (dimension, closed, knots) = (self.dimension, self.closed[i], &self.knots[i][..]);
-        let (surface, ahead) = (self.surface.as_deref(), &self.ahead[..]);
-        let mut breaks = vertices.corners.clone();
-        breaks.extend(vertices.given.iter().map(|own| own.row));
+        if self.inputs.contains_key(&i) {
+            return None;
+        }
+        let tangents = self.tangents.get(&i).unwrap_or(&FROM_VERTICES);
+        let mut breaks = tangents.corners.clone();
+        breaks.extend(tangents.given.iter().map(|own| own.row));
         breaks.sort_unstable();
-        Some(FairCurve { dimension, closed, vertices, breaks, edges: OnceLock::new(), knots, surface, ahead })
+        Some(FairCurve {
+            dimension: self.dimension,
+            closed: self.closed[i],
+            coords: &self.coords[self.offsets[i]..self.offsets[i + 1]],
+            rows: &self.rows[self.first_knots[i]..self.first_knots[i + 1]],
+            tangents,
+            breaks,
+            edges: OnceLock::new(),
+            knots: self.knots(i),
+            surface: self.surface.as_deref(),
+            ahead: &self.ahead,
+        })
     }
 
     /// The coordinates and parameters of the samples of curve `i`.
     fn sample(&self, i: usize, sampling: Sampling) -> (Vec<f64>, Vec<f64>) {
         let Some(curve) = self.fair(i) else {
-            return self.curves[i]
-                .as_ref()
-                .err()
-                .map(|input| input.sample(self.dimension, self.closed[i], sampling))
-                .unwrap_or_default();
+            return self.inputs[&i].sample(self.dimension, self.closed[i], sampling);
         };
         let sites = curve.sites(sampling);
         let mut coords = Vec::with_capacity(sites.len() * self.dimension);
@@ -544,18 +610,17 @@ impl FairCurves {
 
 impl CurveSet for FairCurves {
     fn curve(&self, i: usize) -> Box<dyn Curve + '_> {
-        match (self.fair(i), &self.curves[i]) {
-            (Some(curve), _) => Box::new(curve),
-            (None, Err(input)) => Box::new(input.polygon(self.dimension, self.closed[i])),
-            (None, Ok(_)) => unreachable!("a curve with vertices is fair"),
+        match self.fair(i) {
+            Some(curve) => Box::new(curve),
+            None => Box::new(self.inputs[&i].polygon(self.dimension, self.closed[i])),
         }
     }
 
     fn polylines(&self, sampling: Sampling) -> CurveBatch {
-        let samples: Vec<(Vec<f64>, Vec<f64>)> = parallel::map(self.curves.len(), 16, |i| self.sample(i, sampling));
-        let closing = |i: usize, last: f64| match &self.curves[i] {
-            Ok(_) => self.knots[i][self.knots[i].len() - 1] - last,
-            Err(input) => input.closing_after(last),
+        let samples: Vec<(Vec<f64>, Vec<f64>)> = parallel::map(self.closed.len(), 16, |i| self.sample(i, sampling));
+        let closing = |i: usize, last: f64| match self.inputs.get(&i) {
+            None => self.knots[self.first_knots[i + 1] - 1] - last,
+            Some(input) => input.closing_after(last),
         };
         let (closed, problems) = (self.closed.clone(), self.problems.clone());
         CurveBatch::from_samples(self.dimension, samples, closing, closed, problems, self.origin.clone())

@@ -82,9 +82,14 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
 
     /// Computes p for the curves as they stand, and returns the smallest pivot of each lane and g·p.
     pub(super) fn newton_direction(&mut self, newton: &mut Newton<S, D>) -> (S, S) {
+        let mut lambda = S::ZERO;
+        for (l, lane) in self.lanes.iter().enumerate() {
+            lambda.set_lane(l, lane.lambda());
+        }
+        lambda = lambda.max(self.least_damping);
         self.edges.place(&self.u);
         let gauge = (self.plan.gauge > 0).then_some((self.plan.gauge, self.gauge));
-        newton.assemble(&self.edges, &self.terms, gauge, &self.weights);
+        newton.assemble(&self.edges, &self.terms, gauge, &self.weights, lambda);
         S::run(Hold { descent: self, newton });
         let is_enclosing = const { D == 2 } && self.is_enclosing;
         if is_enclosing {
@@ -95,12 +100,7 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         {
             within.assemble(newton, &self.edges, &self.terms, &self.u);
         }
-        let mut lambda = S::ZERO;
-        for (l, lane) in self.lanes.iter().enumerate() {
-            lambda.set_lane(l, lane.lambda());
-        }
-        lambda = lambda.max(self.least_damping);
-        let smallest = newton.factor(lambda);
+        let smallest = newton.factor();
         self.p.copy_from_slice(&self.g);
         newton.solve(&mut self.p);
         let mut slope = S::run(Turn { descent: self });

@@ -25,9 +25,10 @@ pub(super) fn divide<const D: usize>(
     interpolates: bool,
     surface: Option<&dyn Surface>,
 ) -> (Vec<Vector<f64, D>>, Vec<u32>) {
-    let expected = if let Segments::PerSpan(n) = segments { n * curve.spans() + 1 } else { 0 };
-    let (mut vertices, mut rows) = (Vec::with_capacity(expected), Vec::with_capacity(points.len() + 1));
-    let (mut arc, mut feet) = (Vec::new(), Vec::new());
+    let expected = if let Segments::PerSpan(n) = segments { n } else { 0 };
+    let mut vertices = Vec::with_capacity(expected * curve.spans() + 1);
+    let mut rows = Vec::with_capacity(points.len() + 1);
+    let (mut arc, mut feet) = (Vec::with_capacity(expected + 1), Vec::new());
     let is_quadric = surface.is_some_and(|surface| surface.kind().quadric().is_some());
     for span in 0..curve.spans() {
         let (from, to) = (points[span], points[(span + 1) % points.len()]);

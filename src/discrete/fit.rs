@@ -119,8 +119,7 @@ impl SurfaceMethod for Fair {
     ) -> Result<(FairCurves, Vec<CurveReport>, DeviceReport)> {
         let within = Fair { surface: Some(surface.clone()), ..self.clone() };
         let (mut curves, mut reports, device) = fit_in::<3>(&within, batch, device)?;
-        let vertices = |i: usize| curves.vertices(i).map(|own| (own.places(), own.rows.clone()));
-        judge_known(&**surface, given, &vertices, &mut reports);
+        judge_known(&**surface, given, &|i| curves.vertices(i), &mut reports);
         curves.lie_in(given, surface);
         Ok((curves, reports, device))
     }
@@ -173,7 +172,7 @@ fn fit_in<const D: usize>(
     };
     let Fitted { curves, reports, device } = fitted;
     let mut problems = BTreeMap::new();
-    for (i, report) in reports.iter().enumerate().filter(|(i, _)| curves[*i].is_err()) {
+    for (i, report) in reports.iter().enumerate().filter(|(i, _)| curves[*i].is_none()) {
         let message = report.message.clone().unwrap_or_default();
         problems.insert(i, Unfitted { status: report.status, message });
     }

@@ -112,22 +112,19 @@ pub(super) fn fit(
         }
     };
     let device = spatial.as_ref().map_or(&planar, |spatial| spatial).device.clone();
-    let lifted = |(plane, i): (&Plane, usize), curve: std::result::Result<Vertices, Vec<f64>>| {
+    let lifted = |(plane, i): (&Plane, usize), curve: Vertices| {
         let points: Vec<DVec3> = batch.points(i).chunks_exact(3).map(vector).collect();
         let place = |x: [f64; 2], point: Option<DVec3>| match point {
             Some(point) if plane.project(point) == x => point,
             _ => plane.origin + plane.lift(x),
         };
-        match curve {
-            Ok(vertices) => Ok(vertices.lifted(&points, &place, &|vector| plane.lift([vector.x, vector.y]))),
-            Err(_) => Err(batch.points(i).to_vec()),
-        }
+        curve.lifted(&points, &place, &|vector| plane.lift([vector.x, vector.y]))
     };
     let mut spatial = spatial.map(|spatial| spatial.curves.into_iter().zip(spatial.reports));
     let all = planar.curves.into_iter().zip(planar.reports).enumerate().map(|(i, (curve, report))| {
         let other = spatial.as_mut().and_then(Iterator::next);
         match &planes[i] {
-            Some(plane) => (lifted((plane, i), curve), report),
+            Some(plane) => (curve.map(|curve| lifted((plane, i), curve)), report),
             None => other.expect("what lies in no plane is fitted in space"),
         }
     });

@@ -109,7 +109,7 @@ pub(super) fn left_as_it_is<const D: usize>(
         ..CurveReport::default()
     };
     let coords = ready.vertices.into_iter().flatten().collect();
-    (report, Some(Vertices { coords, rows: ready.rows, corners: vec![], given: vec![], frames: None }))
+    (report, Some(Vertices { coords, rows: ready.rows, tangents: None }))
 }
 
 /// The remedies for a curve without a minimum near its points, the best first.

@@ -40,7 +40,9 @@ pub(crate) struct Newton<S, const D: usize> {
     /// A vertex is coupled with as many others on either side as the order.
     plan: Plan,
     hessian: BlockHessian<S, D>,
-    /// L by vertices v and v + k.
+    /// λ
+    lambda: S,
+    /// L by vertices v and v + k, where any λ is not 0.
     ///
     /// It is the same for all coordinates.
     damping: Vec<[S; COUPLED + 1]>,
@@ -101,6 +103,7 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         let mut newton = Newton {
             plan,
             hessian: BlockHessian::new(edges),
+            lambda: S::ZERO,
             damping: Vec::new(),
             matrix: match (plan.order, D) {
                 (..3, 3) if in_surfaces => Matrix::SecondTangent(Box::new(Banded::new(false, none))),
@@ -142,19 +145,21 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         self.damping.resize(rows + COUPLED, [S::ZERO; COUPLED + 1]);
         each!(&mut self.matrix, matrix => matrix.renew(edges.is_closed(), &counts));
         self.movable.clear();
-        self.movable.extend(movable[..rows].iter().flat_map(|&movable| [movable; D].into_iter().take(each)));
+        movable[..rows].iter().for_each(|&movable| self.movable.extend_from_slice(&[movable; D][..each]));
         self.unknowns.resize(rows * each, [S::ZERO]);
         self.bases.resize(if self.is_in_surfaces() { edges.rows() + COUPLED } else { 0 }, [[S::ZERO; D]; 2]);
     }
 
-    /// Assembles H and L at the curves where the edges are placed.
+    /// Assembles H + λL at the curves where the edges are placed.
     pub fn assemble(
         &mut self,
         edges: &Edges<S, D>,
         terms: &[(S, &Functional)],
         gauge: Option<(usize, S)>,
         weights: &Weights<S>,
+        lambda: S,
     ) {
+        self.lambda = lambda;
         if const { D == 3 }
             && let Matrix::SecondTangent(matrix) = &mut self.matrix
         {
@@ -165,7 +170,15 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
             Solver::Newton if self.is_in_surfaces() => self.hessian.assemble_by_tangents(edges, terms, gauge),
             Solver::Newton => self.hessian.assemble(edges, terms, gauge),
         }
-        S::run(Damp { newton: self, edges, weight: weights.highest });
+        if self.is_damped() {
+            S::run(Damp { newton: self, edges, weight: weights.highest });
+        }
+    }
+
+    /// Whether any λ is not 0.
+    #[inline(always)]
+    fn is_damped(&self) -> bool {
+        (0..S::LANES).any(|l| self.lambda.lane(l) != S::ZERO.lane(0))
     }
 
     /// Adds what holds a vertex: its Hessian to H, and its stiffness to L.
@@ -268,13 +281,14 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         }
     }
 
-    /// Factors H + λL, and returns the smallest pivot of each lane.
+    /// Factors what was assembled, and returns the smallest pivot of each lane.
     ///
     /// Where it is not positive, the matrix is not positive definite. The result of
     /// [`solve`](Self::solve) is then meaningless.
-    pub fn factor(&mut self, lambda: S) -> S {
-        let (damping, movable) = (&self.damping[..], &self.movable[..]);
-        let filling = Filling { blocks: self.hessian.blocks(), damping, bases: &self.bases, lambda };
+    pub fn factor(&mut self) -> S {
+        let (is_damped, movable) = (self.is_damped(), &self.movable[..]);
+        let damping = if is_damped { &self.damping[..] } else { &[] };
+        let filling = Filling { blocks: self.hessian.blocks(), damping, bases: &self.bases, lambda: self.lambda };
         if const { D == 3 }
             && let Matrix::SecondTangent(matrix) = &mut self.matrix
         {
@@ -325,7 +339,7 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
     }
 }
 
-/// H, L and λ of curves, and which vertices may move.
+/// H, L and λ of curves. L is empty where λ is 0.
 struct Filling<'a, S, const D: usize> {
     blocks: &'a [[Block<S, D>; COUPLED + 1]],
     damping: &'a [[S; COUPLED + 1]],
@@ -342,10 +356,10 @@ impl<S: Scalar, const D: usize> Filling<'_, S, D> {
         // while L goes on beyond them.
         let reach = (B + 1) / D;
         let none = [[[S::ZERO; D]; D]; COUPLED + 1];
-        for (v, damping) in self.damping.iter().enumerate() {
+        for v in 0..self.damping.len().max(self.blocks.len()) {
             let blocks = self.blocks.get(v).unwrap_or(&none);
             for k in 0..reach {
-                let damped = self.lambda * damping[k];
+                let damped = self.damping.get(v).map_or(S::ZERO, |damping| self.lambda * damping[k]);
                 for a in 0..D {
                     for b in if k == 0 { a } else { 0 }..D {
                         let (row, column) = ((v + k) * D + b, v * D + a);
@@ -368,9 +382,7 @@ impl<S: Scalar, const D: usize> Filling<'_, S, D> {
     #[inline(always)]
     fn fill_tangent(&self, system: &mut TangentSystem<S>) {
         let vertices = system.rows() / 2;
-        if (0..S::LANES).any(|l| self.lambda.lane(l) != S::ZERO.lane(0)) {
-            self.damp_tangent(system, vertices);
-        }
+        self.damp_tangent(system, vertices);
         for (v, blocks) in self.blocks.iter().enumerate().take(vertices) {
             for k in 0..3.min(vertices - v) {
                 let (own, other) = (self.bases[v], self.bases[v + k]);

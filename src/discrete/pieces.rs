@@ -106,15 +106,18 @@ fn fit_all<const D: usize>(
             fitted
         })
     };
-    let fitted = queue.run(&desks, &size, strategy)?;
-    let (mut found, mut on_cpu, mut starts) = (Vec::new(), Vec::new(), Vec::new());
-    for own in fitted {
-        found.push(own.found);
+    let n = batch.len();
+    let (mut curves, mut reports) = (Vec::with_capacity(n), Vec::with_capacity(n));
+    let (mut on_cpu, mut starts) = (Vec::with_capacity(n), Vec::new());
+    for own in queue.run(&desks, &size, strategy)? {
+        let (report, vertices) = own.found;
+        curves.push(vertices);
+        reports.push(report);
         on_cpu.push(own.on_cpu);
-        starts.push(own.start);
+        starts.extend(keeps_apart.then_some(own.start));
     }
     if keeps_apart {
-        keep_apart(batch, &pieces.owners, &mut found, |curves, separating| {
+        keep_apart(batch, &pieces.owners, &mut curves, &mut reports, |curves, separating| {
             let queue = Queue::new::<D>(fair, batch, separating, device)?;
             let again: Vec<(usize, &Restart<D>)> =
                 curves.iter().filter_map(|&i| Some((i, &**starts[i].as_ref()?))).collect();
@@ -134,11 +137,6 @@ fn fit_all<const D: usize>(
         (0..batch.len()).filter(|&i| starts[i].is_some()).for_each(|i| tally.finished(i));
     }
     let device = queue.report(on_cpu.into_iter().filter(|on_cpu| *on_cpu).count())?;
-    let (mut curves, mut reports) = (Vec::with_capacity(batch.len()), Vec::with_capacity(batch.len()));
-    for (i, (report, vertices)) in found.into_iter().enumerate() {
-        curves.push(vertices.ok_or_else(|| batch.points(i).to_vec()));
-        reports.push(report);
-    }
     Ok(Fitted { curves, reports, device })
 }
 

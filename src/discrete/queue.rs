@@ -199,27 +199,27 @@ impl<'a> Queue<'a> {
         })
     }
 
-    /// Runs the strategies of curves of these sizes to their ends. Strategy k asks at desk k.
+    /// Runs the strategies of curves of these sizes to their ends, and returns what they find in order. Strategy k asks at
+    /// desk k.
     ///
     /// # Errors
     /// Errors of submissions to a GPU.
-    pub fn run<'t, T: Send, const D: usize>(
+    pub fn run<'t, T: Send, S: Fn(usize) -> Task<'t, T> + Sync, const D: usize>(
         &self,
         desks: &[Desk<D>],
         size: &dyn Fn(usize) -> usize,
-        strategy: impl Fn(usize) -> Task<'t, T> + Sync,
-    ) -> Result<Vec<T>> {
-        if self.free.gpu.is_some() {
-            return self.run_part(desks, 0..desks.len(), &strategy, None);
-        }
-        let parts = Parts::of(desks.len(), size);
-        let run = |kept: &mut Workspace<D>, p: usize| self.run_part(desks, parts.curves(p), &strategy, Some(kept));
-        let found = parallel::map_with(parts.len(), 1, Workspace::default, run);
-        let mut done: Vec<Option<T>> = desks.iter().map(|_| None).collect();
-        for (p, found) in found.into_iter().enumerate() {
-            parts.curves(p).zip(found?).for_each(|(k, found)| done[k] = Some(found));
-        }
-        Ok(done.into_iter().map(|done| done.expect("every curve is in one part")).collect())
+        strategy: S,
+    ) -> Result<impl Iterator<Item = T> + use<'t, T, S, D>> {
+        let (n, all_threads) = (desks.len(), self.free.gpu.is_some());
+        let parts = if all_threads { Parts::whole(n) } else { Parts::of(n, size) };
+        let mut found: Vec<Vec<Option<T>>> = if all_threads {
+            vec![self.run_part(desks, parts.curves(0), &strategy, None)?]
+        } else {
+            let run = |kept: &mut Workspace<D>, p: usize| self.run_part(desks, parts.curves(p), &strategy, Some(kept));
+            parallel::map_with(parts.len(), 1, Workspace::default, run).into_iter().collect::<Result<_>>()?
+        };
+        let places = parts.places();
+        Ok((0..n).map(move |k| found[places[k].0][places[k].1].take().expect("every curve ends")))
     }
 
     /// Runs some strategies side by side: on this thread with the memory that it keeps, or on all threads or the GPU.
@@ -229,7 +229,7 @@ impl<'a> Queue<'a> {
         curves: impl ExactSizeIterator<Item = usize>,
         strategy: &impl Fn(usize) -> Task<'t, T>,
         mut kept: Option<&mut Workspace<D>>,
-    ) -> Result<Vec<T>> {
+    ) -> Result<Vec<Option<T>>> {
         let mut done: Vec<Option<T>> = (0..curves.len()).map(|_| None).collect();
         let mut others = curves.enumerate();
         let mut running: Vec<Running<'t, T>> = Vec::new();
@@ -237,7 +237,7 @@ impl<'a> Queue<'a> {
             let next = others.by_ref().take(MOST_UNDER_WAY - running.len());
             running.extend(next.map(|(place, k)| Running { place, k, task: strategy(k) }));
             if running.is_empty() {
-                return Ok(done.into_iter().map(|done| done.expect("every curve ends")).collect());
+                return Ok(done);
             }
             let all = std::mem::take(&mut running);
             let polled = match kept {
@@ -306,6 +306,11 @@ struct Parts {
 }
 
 impl Parts {
+    /// All curves in one part.
+    fn whole(n: usize) -> Self {
+        Parts { order: (0..n).collect(), offsets: vec![0, n] }
+    }
+
     fn of(n: usize, size: &dyn Fn(usize) -> usize) -> Self {
         let sizes: Vec<usize> = (0..n).map(size).collect();
         let order = sort::order(n, &|i, j| sizes[i].cmp(&sizes[j]));
@@ -328,6 +333,15 @@ impl Parts {
 
     fn curves(&self, part: usize) -> impl ExactSizeIterator<Item = usize> {
         self.order[self.offsets[part]..self.offsets[part + 1]].iter().copied()
+    }
+
+    /// The part of every curve, and its place there.
+    fn places(&self) -> Vec<(usize, usize)> {
+        let mut places = vec![(0, 0); self.order.len()];
+        for part in 0..self.len() {
+            self.curves(part).enumerate().for_each(|(place, k)| places[k] = (part, place));
+        }
+        places
     }
 }
 

@@ -142,8 +142,8 @@ impl<const D: usize> Descended<D> {
         if !found.has_converged() {
             return;
         }
-        let vertices = Vertices::of(&found.ready, &found.outcome);
-        let start = FairCurves::new(&curve.batch.select(&[curve.i]), vec![Ok(vertices)], Default::default());
+        let vertices = Vertices::of(&found.ready, found.ready.vertices_of(&found.outcome));
+        let start = FairCurves::new(&curve.batch.select(&[curve.i]), vec![Some(vertices)], Default::default());
         let ready = set_up_on(curve.fair, curve.batch, curve.i, curve.kept, &*start.curve(0));
         if let Ok(ready) = ready {
             let found = Self::new(curve, ready).await;

@@ -87,7 +87,7 @@ impl<const D: usize> PreparedCurve<D> {
             return vec![];
         }
         let closed = self.problem.closed;
-        let Vertices { coords, rows, .. } = Vertices::of(self, outcome);
+        let Vertices { coords, rows, .. } = Vertices::of(self, self.vertices_of(outcome));
         let vertices = coords.as_chunks::<D>().0;
         if is_simple(vertices, closed) {
             return vec![];
@@ -116,6 +116,9 @@ impl<const D: usize> PreparedCurve<D> {
     /// The curve found, to go on with these spans narrower. `None` where there are none, or all of them have
     /// their least width.
     fn tauter(&self, spans: &[usize], outcome: &Outcome<D>) -> Option<Self> {
+        if spans.is_empty() {
+            return None;
+        }
         let mut ready = self.clone();
         ready.narrow(spans).then(|| {
             ready.problem.rebase(&outcome.displacements);

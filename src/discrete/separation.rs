@@ -84,10 +84,11 @@ pub(super) type Found = (CurveReport, Option<Vertices>);
 pub(super) fn keep_apart(
     batch: &CurveBatch,
     owners: &[usize],
-    found: &mut [Found],
+    curves: &mut [Option<Vertices>],
+    reports: &mut [CurveReport],
     mut again: impl FnMut(&[usize], &SeparatingHalfPlanes) -> Result<Vec<Found>>,
 ) -> Result<()> {
-    let mut courses: Vec<Course> = (0..found.len()).map(|i| Course::of(batch, i, found[i].1.as_ref())).collect();
+    let mut courses: Vec<Course> = (0..curves.len()).map(|i| Course::of(batch, i, curves[i].as_ref())).collect();
     let apart = Apart { owners, touching: touching(batch, owners) };
     let mut separating = SeparatingHalfPlanes::default();
     let mut crossing = apart.crossings(&courses, |_| true);
@@ -96,24 +97,24 @@ pub(super) fn keep_apart(
             break;
         }
         let pairs = apart.references(&mut courses, &crossing);
-        let curves = apart.part(&courses, &pairs, &mut separating);
-        if curves.is_empty() {
+        let parted = apart.part(&courses, &pairs, &mut separating);
+        if parted.is_empty() {
             break;
         }
-        for (&i, fitted) in curves.iter().zip(again(&curves, &separating)?) {
-            found[i] = fitted;
+        for (&i, fitted) in parted.iter().zip(again(&parted, &separating)?) {
+            (reports[i], curves[i]) = fitted;
             let reference = std::mem::take(&mut courses[i].reference);
-            courses[i] = Course::of(batch, i, found[i].1.as_ref());
+            courses[i] = Course::of(batch, i, curves[i].as_ref());
             // One that has become its points lies in their polygon.
             if reference.len() == courses[i].points.len() {
                 courses[i].reference = reference;
             }
         }
-        let is_new = |arc: u32| curves.binary_search(&(arc as usize)).is_ok();
+        let is_new = |arc: u32| parted.binary_search(&(arc as usize)).is_ok();
         crossing.retain(|[a, b]| !is_new(a.0) && !is_new(b.0));
         crossing.extend(apart.crossings(&courses, is_new));
     }
-    apart.report(batch, &courses, &separating, &crossing, found);
+    apart.report(batch, &courses, &separating, &crossing, reports);
     Ok(())
 }
 
@@ -257,7 +258,7 @@ impl Apart<'_> {
         courses: &[Course],
         separating: &SeparatingHalfPlanes,
         crossing: &[[Place; 2]],
-        found: &mut [Found],
+        reports: &mut [CurveReport],
     ) {
         // The first of every curve.
         let mut crossed: BTreeMap<usize, (Place, usize)> = BTreeMap::new();
@@ -270,8 +271,7 @@ impl Apart<'_> {
             touched.entry(a.0 as usize).or_default().push((a, b.0 as usize));
             touched.entry(b.0 as usize).or_default().push((b, a.0 as usize));
         }
-        let fitted = found.iter_mut().enumerate().filter(|(_, (_, vertices))| vertices.is_some());
-        for (i, (report, _)) in fitted {
+        for (i, report) in reports.iter_mut().enumerate().filter(|(i, _)| courses[*i].is_fitted) {
             let mut apart: Vec<usize> =
                 separating.of(i).iter().map(|half_plane| self.owner(half_plane.neighbour)).collect();
             apart.sort_unstable();

@@ -11,7 +11,7 @@ use dubins::{Dubins, Place};
 use glam::DVec3;
 use headings::{Leg, shortest};
 
-use super::curves::{FairCurves, Fitted, Vertices};
+use super::curves::{FairCurves, Fitted, Tangents, Vertices};
 use super::energy::{Functional, length};
 use super::fair::{Fair, Segments};
 use super::limits::{Limits, Span};
@@ -68,16 +68,14 @@ pub(super) fn fit<const D: usize>(
         let found = ready.and_then(|ready| fit_one(fair, batch, i, &ready));
         tally.finished(i);
         match found {
-            Ok((report, vertices)) => (report, Ok(vertices)),
-            Err(Unfitted { status, message }) => {
-                (CurveReport::unfitted(status, message), Err(batch.points(i).to_vec()))
-            }
+            Ok((report, vertices)) => (report, Some(vertices)),
+            Err(Unfitted { status, message }) => (CurveReport::unfitted(status, message), None),
         }
     });
     let (reports, curves): (_, Vec<_>) = found.into_iter().unzip();
     let mut device = device.report_of(Precision::F64);
     if device.is_gpu {
-        device.finished_on_cpu = curves.iter().filter(|curve| curve.is_ok()).count();
+        device.finished_on_cpu = curves.iter().flatten().count();
     }
     Ok(Fitted { curves, reports, device })
 }
@@ -165,7 +163,7 @@ fn laid<const D: usize>(
         coords.extend(points[points.len() - 1]);
         frames.push(frame(&last.place(last.length())));
     }
-    (Vertices { coords, rows, corners: vec![], given: vec![], frames: Some(frames) }, active)
+    (Vertices { coords, rows, tangents: Tangents { frames, ..Tangents::default() }.boxed() }, active)
 }
 
 /// The shortest curve of a largest curvature through the points of curve `i`, to start from.
@@ -174,7 +172,7 @@ pub(super) fn start<const D: usize>(fair: &Fair, batch: &CurveBatch, i: usize, k
     let shortest = Fair { energy: length(), limits, ..fair.clone() };
     let ready = set_up_at::<D>(&shortest, batch, i, kept, 0).ok()?;
     let (_, vertices) = fit_one(&shortest, batch, i, &ready).ok()?;
-    Some(FairCurves::new(&batch.select(&[i]), vec![Ok(vertices)], Default::default()))
+    Some(FairCurves::new(&batch.select(&[i]), vec![Some(vertices)], Default::default()))
 }
 
 /// The angle of the tangent given at a vertex.

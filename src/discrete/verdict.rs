@@ -73,7 +73,7 @@ impl Fair {
             max_deviation: deviation(&vertices, &ready.rows, points),
             ..CurveReport::default()
         };
-        (report, Some(Vertices::of(ready, outcome)))
+        (report, Some(Vertices::of(ready, vertices)))
     }
 
     /// The status of a curve by the end of its descent, and what there is to say.
