@@ -131,6 +131,7 @@ pub mod laplacian;
 pub mod linalg;
 mod memory;
 mod motion;
+mod numbers;
 mod parallel;
 #[cfg(feature = "picture")]
 pub mod picture;

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::Parameters;
 use super::{CurveBatch, columns, expect_length};
 use crate::constraint::retain_rows;
 use crate::error::Result;
@@ -98,8 +99,10 @@ impl CurveBatch {
         for &i in curves {
             keep[self.offsets[i + 1] - 1] = false;
         }
-        retain_rows(Some(Arc::make_mut(&mut self.coords)), self.dimension, &keep);
-        retain_rows(self.parameters.as_mut().map(Arc::make_mut), 1, &keep);
+        retain_rows(Some(Arc::make_mut(&mut self.coords).as_vec()), self.dimension, &keep);
+        let mut parameters = self.parameters.take().map(Parameters::into_vec);
+        retain_rows(parameters.as_mut(), 1, &keep);
+        self.parameters = parameters.map(Parameters::from);
         retain_rows(self.weights.as_mut(), 1, &keep);
         self.constraints.retain(self.dimension, &keep);
         if !self.columns.is_empty() {

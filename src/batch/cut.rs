@@ -133,7 +133,7 @@ impl CurveBatch {
         let names = pieces.iter().map(|piece| self.name(piece.curve).into_owned()).collect();
         CurveBatch {
             dimension: *dimension,
-            coords: Arc::new(rows_of(coords, *dimension, &points)),
+            coords: Arc::new(rows_of(coords, *dimension, &points).into()),
             offsets: ends.clone(),
             closed: pieces.iter().map(|piece| piece.closed).collect(),
             parameters: None,

@@ -8,6 +8,7 @@ mod columns;
 mod cut;
 mod left_out;
 mod origin;
+mod parameters;
 mod point;
 mod sampled;
 
@@ -17,6 +18,7 @@ use std::sync::Arc;
 
 use crate::constraint::{Constraint, Constraints, gather_rows, rows_of};
 use crate::error::{Error, Result, shortened};
+use crate::numbers::Numbers;
 use crate::ragged;
 use crate::sort;
 use crate::status::CurveStatus;
@@ -27,6 +29,7 @@ pub(crate) use closed::distance;
 pub use columns::{Column, Values};
 pub(crate) use cut::{Piece, Traced};
 pub(crate) use origin::{Cut, Origin};
+pub(crate) use parameters::Parameters;
 pub use point::Point;
 
 /// Why a curve of a batch cannot be fitted.
@@ -62,10 +65,10 @@ pub struct Unfitted {
 pub struct CurveBatch {
     dimension: usize,
     /// Shared with splines whose knots are these points.
-    coords: Arc<Vec<f64>>,
+    coords: Arc<Numbers>,
     offsets: Vec<usize>,
     closed: Vec<bool>,
-    parameters: Option<Arc<Vec<f64>>>,
+    parameters: Option<Parameters>,
     closing_spans: Option<Vec<f64>>,
     weights: Option<Vec<f64>>,
     constraints: Constraints,
@@ -102,7 +105,7 @@ impl CurveBatch {
 
     /// The coordinates and the offsets, as [`from_ragged`](Self::from_ragged) takes them.
     pub fn into_ragged(self) -> (Vec<f64>, Vec<usize>) {
-        (Arc::unwrap_or_clone(self.coords), self.offsets)
+        (Arc::unwrap_or_clone(self.coords).into_vec(), self.offsets)
     }
 
     /// Makes a batch from a file. Messages name the file, the line and the curve.
@@ -138,10 +141,16 @@ impl CurveBatch {
     }
 
     /// A batch of nothing but points, without checks.
-    fn bare(dimension: usize, coords: Vec<f64>, offsets: Vec<usize>, closed: Vec<bool>, origin: Arc<Origin>) -> Self {
+    fn bare(
+        dimension: usize,
+        coords: impl Into<Numbers>,
+        offsets: Vec<usize>,
+        closed: Vec<bool>,
+        origin: Arc<Origin>,
+    ) -> Self {
         CurveBatch {
             dimension,
-            coords: Arc::new(coords),
+            coords: Arc::new(coords.into()),
             offsets,
             closed,
             parameters: None,
@@ -168,7 +177,7 @@ impl CurveBatch {
         let lacks = |&i: &usize| parameters[self.offsets[i]..self.offsets[i + 1]].iter().all(|t| t.is_nan());
         let untimed: Vec<usize> = (0..self.len()).filter(|i| self.count(*i) > 0 && lacks(i)).collect();
         let timed = parameters.is_empty() || parameters.iter().any(|t| !t.is_nan());
-        self.parameters = timed.then(|| Arc::new(parameters));
+        self.parameters = timed.then(|| Parameters::from(parameters));
         if self.origin.untimed != untimed || self.origin.timed != timed {
             let origin = Arc::make_mut(&mut self.origin);
             (origin.untimed, origin.timed) = (untimed, timed);
@@ -286,7 +295,7 @@ impl CurveBatch {
     }
 
     /// All coordinates, shared.
-    pub(crate) fn shared_coords(&self) -> &Arc<Vec<f64>> {
+    pub(crate) fn shared_coords(&self) -> &Arc<Numbers> {
         &self.coords
     }
 
@@ -313,12 +322,12 @@ impl CurveBatch {
     /// The parameters of curve `i`, if it has any.
     pub fn parameters(&self, i: usize) -> Option<&[f64]> {
         let all = self.parameters.as_ref().filter(|_| self.origin.untimed.binary_search(&i).is_err())?;
-        Some(&all[self.offsets[i]..self.offsets[i + 1]])
+        Some(&all.get()[self.offsets[i]..self.offsets[i + 1]])
     }
 
     /// All parameters, shared, with placeholders for curves without parameters.
     pub(crate) fn shared_parameters(&self) -> Option<&Arc<Vec<f64>>> {
-        self.parameters.as_ref()
+        self.parameters.as_ref().map(Parameters::get)
     }
 
     /// The given parameter length of the closing span of curve `i`.
@@ -448,10 +457,10 @@ impl CurveBatch {
         let untimed = (0..curves.len()).filter(|&to| self.origin.untimed.contains(&curves[to])).collect();
         CurveBatch {
             dimension: *dimension,
-            coords: Arc::new(rows_of(coords, *dimension, &points)),
+            coords: Arc::new(rows_of(coords, *dimension, &points).into()),
             offsets,
             closed: curves.iter().map(|&i| closed[i]).collect(),
-            parameters: parameters.as_ref().map(|t| Arc::new(rows_of(t, 1, &points))),
+            parameters: parameters.as_ref().map(|t| rows_of(t.get(), 1, &points).into()),
             closing_spans: closing_spans.as_ref().map(|spans| curves.iter().map(|&i| spans[i]).collect()),
             weights: gather_rows(weights, 1, &points),
             constraints: constraints.gather(*dimension, &points),
@@ -469,7 +478,7 @@ impl CurveBatch {
     pub fn replaced(&self, coords: Vec<f64>, offsets: Vec<usize>) -> Result<Self> {
         let other = Self::from_ragged(self.dimension, coords, offsets)?;
         expect_length("curves", other.len(), self.len(), "curve")?;
-        Ok(self.with_points(Arc::unwrap_or_clone(other.coords), other.offsets))
+        Ok(self.with_points(Arc::unwrap_or_clone(other.coords).into_vec(), other.offsets))
     }
 
     /// Replaces the points by the same number of points of this dimension, and adds problems.
@@ -477,7 +486,7 @@ impl CurveBatch {
     /// There must be no constraints that are vectors if the dimension changes.
     pub(crate) fn moved(&self, dimension: usize, coords: Vec<f64>, problems: Vec<(usize, Unfitted)>) -> Self {
         debug_assert_eq!(coords.len(), dimension * self.total_points());
-        let mut moved = CurveBatch { dimension, coords: Arc::new(coords), ..self.clone() };
+        let mut moved = CurveBatch { dimension, coords: Arc::new(coords.into()), ..self.clone() };
         moved.problems.extend(problems);
         moved
     }

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{CurveBatch, Unfitted};
-use crate::batch::Origin;
+use super::{CurveBatch, Origin, Parameters, Unfitted};
+use crate::numbers::Numbers;
+use crate::parallel;
 use crate::ragged;
 
 impl CurveBatch {
@@ -20,19 +21,20 @@ impl CurveBatch {
         problems: BTreeMap<usize, Unfitted>,
         origin: Arc<Origin>,
     ) -> Self {
+        let mut samples = samples;
         let offsets = ragged::offsets(samples.iter().map(|(_, t)| t.len()));
+        let first_coords = ragged::offsets(samples.iter().map(|(coords, _)| coords.len()));
         let span = |i: usize| match samples[i].1.last() {
             Some(&last) if closed[i] => closing(i, last),
             _ => f64::NAN,
         };
         let spans = closed.contains(&true).then(|| (0..samples.len()).map(span).collect());
-        let count = *offsets.last().expect("offsets begin with 0");
-        let (mut coords, mut t) = (Vec::with_capacity(count * dimension), Vec::with_capacity(count));
-        for (of_curve, t_of_curve) in samples {
-            coords.extend(of_curve);
-            t.extend(t_of_curve);
-        }
-        Self::sampled(dimension, coords, offsets, closed, t, spans, problems, origin)
+        let n = samples.len();
+        let (mut coords, mut t) = (Numbers::room(first_coords[n]), vec![0.0; offsets[n]]);
+        parallel::parts(&mut coords, &first_coords, |i, coords| coords.copy_from_slice(&samples[i].0));
+        parallel::parts(&mut t, &offsets, |i, t| t.copy_from_slice(&samples[i].1));
+        parallel::each(&mut samples, |own| *own = Default::default());
+        Self::sampled(dimension, coords, offsets, closed, t.into(), spans, problems, origin)
     }
 
     /// [`from_samples`](Self::from_samples) with the closedness, problems and provenance of
@@ -56,15 +58,15 @@ impl CurveBatch {
     #[allow(clippy::too_many_arguments)]
     pub(crate) fn sampled(
         dimension: usize,
-        coords: Vec<f64>,
+        coords: Numbers,
         offsets: Vec<usize>,
         closed: Vec<bool>,
-        parameters: Vec<f64>,
+        parameters: Parameters,
         closing_spans: Option<Vec<f64>>,
         problems: BTreeMap<usize, Unfitted>,
         origin: Arc<Origin>,
     ) -> Self {
-        let parameters = Some(Arc::new(parameters));
+        let parameters = Some(parameters);
         CurveBatch { parameters, closing_spans, problems, ..Self::bare(dimension, coords, offsets, closed, origin) }
     }
 }

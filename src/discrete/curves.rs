@@ -10,17 +10,18 @@ use crate::curve::measure::{self, BySpeed};
 use crate::curve::{Curve, Input, Jet, Sampling, vector};
 use crate::device::DeviceReport;
 use crate::ground::jet_onto;
+use crate::linalg::scalar::Vector;
 use crate::motion::Motion;
+use crate::numbers::Numbers;
 use crate::parallel;
+use crate::ragged;
 use crate::report::{CurveReport, CurveSet};
+use crate::sort;
 use crate::surface::Surface;
 use glam::DVec3;
 
 use super::constrain::Constrained;
 use super::setup::PreparedCurve;
-use crate::linalg::scalar::Vector;
-use crate::ragged;
-use crate::sort;
 
 /// One fitted curve: its vertices, and the rows that stand for data points.
 #[derive(Clone, Debug)]
@@ -148,7 +149,7 @@ pub(crate) struct Fitted {
 pub(crate) struct FairCurves {
     dimension: usize,
     /// The coordinates of the vertices of all curves that were fitted.
-    coords: Vec<f64>,
+    coords: Numbers,
     /// Where the coordinates of each curve begin, and where the last end.
     offsets: Vec<usize>,
     /// The parameters of the data points of every curve, from [`knots_of`].
@@ -516,7 +517,7 @@ impl FairCurves {
         let offsets = ragged::offsets((0..batch.len()).map(count));
         let first_knots = ragged::offsets((0..batch.len()).map(ends));
         let [numbers, all_knots] = [&offsets, &first_knots].map(|offsets| offsets[batch.len()]);
-        let (mut coords, mut knots, mut rows) = (vec![0.0; numbers], vec![0.0; all_knots], vec![0; all_knots]);
+        let (mut coords, mut knots, mut rows) = (Numbers::room(numbers), vec![0.0; all_knots], vec![0; all_knots]);
         let of_curve = |i: usize| curves[i].as_ref();
         parallel::parts(&mut coords, &offsets, |i, coords| {
             of_curve(i).into_iter().for_each(|own| coords.copy_from_slice(&own.coords));

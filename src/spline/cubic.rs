@@ -18,7 +18,7 @@ use crate::sort;
 /// The cubic splines of a batch: knots, points and second derivatives. Curves that could not be
 /// fitted are their input polylines.
 pub struct CubicSplines {
-    pub(super) knots: Knots,
+    pub(super) knots: Arc<Knots>,
     /// p″ at the knots, flat as their points.
     pub(super) second: Vec<f64>,
     /// p″ at both ends of every span, for curves whose p″ may jump at a knot.
@@ -33,7 +33,13 @@ impl CubicSplines {
     /// data's) and second derivatives there.
     pub(crate) fn new(batch: &CurveBatch, knots: Knots, second: Vec<f64>) -> Self {
         let unfitted = sort::map(knots.unfitted.keys().map(|&i| (i, Input::of(batch, i))));
-        CubicSplines { knots, second, sided: BTreeMap::new(), unfitted, origin: batch.origin().clone() }
+        CubicSplines {
+            knots: Arc::new(knots),
+            second,
+            sided: BTreeMap::new(),
+            unfitted,
+            origin: batch.origin().clone(),
+        }
     }
 
     /// Number of curves.
@@ -96,16 +102,8 @@ impl CubicSplines {
     }
 
     pub(super) fn spline(&self, i: usize) -> Spline<'_> {
-        Spline {
-            t: self.knots.t(i),
-            values: self.knots.values(i),
-            second: self.second_derivatives(i),
-            stride: 1 + usize::from(self.sided.contains_key(&i)),
-            dimension: self.knots.dimension,
-            closed: self.knots.closed[i],
-            entries: self.knots.repeats.get(&i).map(Vec::as_slice),
-            repeated: OnceLock::new(),
-        }
+        let stride = 1 + usize::from(self.sided.contains_key(&i));
+        Spline::of(&self.knots, i, self.second_derivatives(i), stride)
     }
 
     pub(super) fn polygon(&self, i: usize) -> Option<Polygon<'_>> {
@@ -155,7 +153,7 @@ impl CurveSet for CubicSplines {
 
     fn sample_into(&self, sampling: Sampling, coords: &mut [f64]) {
         match self.offsets(sampling) {
-            Some(offsets) => self.write(sampling, &offsets, None, coords, None),
+            Some(offsets) => self.write(sampling, &offsets, None, coords),
             None => coords.copy_from_slice(self.polylines(sampling).coords()),
         }
     }
@@ -175,6 +173,22 @@ pub(super) struct Spline<'a> {
     pub entries: Option<&'a [u32]>,
     /// The parameter of every data point then, computed on demand.
     repeated: OnceLock<Vec<f64>>,
+}
+
+impl<'a> Spline<'a> {
+    /// Curve `i` of these knots, with `stride` second derivatives at each.
+    pub(super) fn of(knots: &'a Knots, i: usize, second: &'a [f64], stride: usize) -> Self {
+        Spline {
+            t: knots.t(i),
+            values: knots.values(i),
+            second,
+            stride,
+            dimension: knots.dimension,
+            closed: knots.closed[i],
+            entries: knots.repeats.get(&i).map(Vec::as_slice),
+            repeated: OnceLock::new(),
+        }
+    }
 }
 
 impl Spline<'_> {

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use crate::batch::{CurveBatch, Unfitted, distance};
 use crate::error::{Error, Result};
 use crate::linalg::tasks;
+use crate::numbers::Numbers;
 use crate::parallel;
 use crate::ragged;
 use crate::report::CurveReport;
@@ -75,7 +76,7 @@ pub(crate) struct Knots {
     /// Parameters, strictly increasing within a curve.
     pub t: Arc<Vec<f64>>,
     /// The points at the knots, `dimension` numbers each.
-    pub values: Arc<Vec<f64>>,
+    pub values: Arc<Numbers>,
     /// The weights at the knots, 1 a data point where the batch has none; only with
     /// [`Coincident::Average`].
     pub weights: Option<Vec<f64>>,
@@ -156,7 +157,7 @@ impl Knots {
             knots.repeats.extend(run.repeats);
             knots.unfitted.extend(run.unfitted);
         }
-        (knots.t, knots.values) = (Arc::new(t), Arc::new(values));
+        (knots.t, knots.values) = (Arc::new(t), Arc::new(values.into()));
         Ok(knots)
     }
 

@@ -1,13 +1,18 @@
 //! Splines as polylines: sampled on the CPU in lanes, or from samples that a GPU took.
 
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
 use super::cubic::{CubicSplines, Spline};
 use super::gpu::{self, Samples};
+use super::knots::Knots;
 use super::sample::{Cubic, Sites};
-use crate::batch::{CurveBatch, are_finite};
-use crate::curve::{Curve, Sampling, samples_at};
+use crate::batch::{CurveBatch, Parameters, are_finite};
+use crate::curve::{Curve, Input, Sampling, samples_at};
 use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::linalg::{operation, run, take, tasks};
+use crate::numbers::Numbers;
 use crate::parallel;
 use crate::precision::Precision;
 use crate::ragged;
@@ -35,16 +40,23 @@ impl CubicSplines {
         let Some(offsets) = self.offsets(sampling) else {
             return self.at_sites(sampling, &self.sites_of_curves(sampling), None);
         };
-        let total = offsets[self.len()];
-        let (mut coords, mut t) = (vec![0.0; total * self.knots.dimension], vec![0.0; total]);
-        self.write(sampling, &offsets, taken, &mut coords, Some(&mut t));
+        let mut coords = Numbers::room(offsets[self.len()] * self.knots.dimension);
+        self.write(sampling, &offsets, taken, &mut coords);
+        let of = SampleParameters {
+            knots: self.knots.clone(),
+            unfitted: self.unfitted.clone(),
+            offsets: offsets.clone(),
+            sampling,
+        };
         let closed = self.knots.closed.clone();
         let spans = closed.contains(&true).then(|| {
-            let last = |i: usize| t[offsets[i]..offsets[i + 1]].last();
-            let span = |i: usize| last(i).map_or(f64::NAN, |last| self.closing(i, *last));
-            (0..self.len()).map(span).collect()
+            let fractions = of.fractions();
+            parallel::map(self.len(), 256, |i| match closed[i] {
+                true => of.curve(i, &fractions).last().map_or(f64::NAN, |last| self.closing(i, *last)),
+                false => f64::NAN,
+            })
         });
-        let problems = self.knots.unfitted.clone();
+        let (problems, t) = (self.knots.unfitted.clone(), Parameters::later(move || of.all()));
         CurveBatch::sampled(self.knots.dimension, coords, offsets, closed, t, spans, problems, self.origin.clone())
     }
 
@@ -81,15 +93,8 @@ impl CubicSplines {
         if self.knots.closed[i] { n.max(self.spline(i).least(sampling)) } else { n }
     }
 
-    /// Writes samples between these offsets, and their parameters to `t`.
-    pub(super) fn write(
-        &self,
-        sampling: Sampling,
-        offsets: &[usize],
-        taken: Option<&[f64]>,
-        mut coords: &mut [f64],
-        mut t: Option<&mut [f64]>,
-    ) {
+    /// Writes samples between these offsets.
+    pub(super) fn write(&self, sampling: Sampling, offsets: &[usize], taken: Option<&[f64]>, mut coords: &mut [f64]) {
         let d = self.knots.dimension;
         let (Sampling::PerSpan(n) | Sampling::Count(n)) = sampling else {
             unreachable!("samples at equal arc lengths have no offsets before they are taken")
@@ -104,19 +109,20 @@ impl CubicSplines {
         let mut work = Vec::new();
         for curves in tasks(offsets) {
             let count = offsets[curves.end] - offsets[curves.start];
-            work.push((curves, take(&mut coords, count * d), t.as_mut().map(|t| take(t, count))));
+            work.push((curves, take(&mut coords, count * d)));
         }
         let fractions = Fractions::new(n);
-        parallel::of(work, |(curves, mut coords, mut t)| {
+        parallel::of(work, |(curves, mut coords)| {
+            let mut t = Vec::new();
             for i in curves {
-                let count = offsets[i + 1] - offsets[i];
-                let (coords, t) = (take(&mut coords, count * d), t.as_mut().map(|t| take(t, count)));
+                let coords = take(&mut coords, (offsets[i + 1] - offsets[i]) * d);
                 let taken = taken.map(|samples| &samples[taken_offsets[i] * d..taken_offsets[i + 1] * d]);
-                self.write_curve(i, sampling, &fractions, taken, coords, t);
+                self.write_curve(i, sampling, &fractions, taken, coords, &mut t);
             }
         });
     }
 
+    /// Writes the samples of a curve. `t` is storage.
     fn write_curve(
         &self,
         i: usize,
@@ -124,11 +130,10 @@ impl CubicSplines {
         fractions: &Fractions,
         taken: Option<&[f64]>,
         coords: &mut [f64],
-        t: Option<&mut [f64]>,
+        t: &mut Vec<f64>,
     ) {
         if let Some(input) = self.unfitted.get(&i) {
-            coords.copy_from_slice(&input.coords);
-            return t.into_iter().for_each(|t| t.copy_from_slice(&input.t));
+            return coords.copy_from_slice(&input.coords);
         }
         let (d, spline) = (self.knots.dimension, self.spline(i));
         let steps = self.steps(i, sampling, fractions.closed.len());
@@ -137,25 +142,16 @@ impl CubicSplines {
         let taken = taken.filter(|samples| more.is_none() && are_finite(samples) && spline.stride == 1);
         if let Sampling::PerSpan(_) = sampling {
             match taken {
-                Some(samples) => {
-                    if let Some(t) = t {
-                        spline.per_span_parameters(closed, t);
-                    }
-                    spline.per_span_taken(closed.len() * d, samples, coords);
-                }
-                None if d == 2 => run(PerSpan::<2> { spline: &spline, fractions: closed, t, coords }),
-                None => run(PerSpan::<3> { spline: &spline, fractions: closed, t, coords }),
+                Some(samples) => spline.per_span_taken(closed.len() * d, samples, coords),
+                None if d == 2 => run(PerSpan::<2> { spline: &spline, fractions: closed, coords }),
+                None => run(PerSpan::<3> { spline: &spline, fractions: closed, coords }),
             }
             return;
         }
         let even = if spline.closed { closed } else { open };
-        let mut own = if t.is_none() { vec![0.0; coords.len() / d] } else { Vec::new() };
-        let t = t.unwrap_or(&mut own);
+        t.resize(coords.len() / d, 0.0);
         match taken {
-            Some(samples) => {
-                spline.even_parameters(even, t);
-                coords.copy_from_slice(samples);
-            }
+            Some(samples) => coords.copy_from_slice(samples),
             None if d == 2 => run(Evenly::<2> { spline: &spline, fractions: even, t, coords }),
             None => run(Evenly::<3> { spline: &spline, fractions: even, t, coords }),
         }
@@ -226,18 +222,64 @@ impl CubicSplines {
     }
 }
 
-operation! {
-    /// Samples of the spans of one curve, and their parameters if `t` has room for them.
-    PerSpan<'a; D> { spline: &'a Spline<'a>, fractions: &'a [f64], t: Option<&'a mut [f64]>, coords: &'a mut [f64] } -> () {{
-        if let Some(t) = t {
-            spline.per_span_parameters(fractions, t);
+/// The parameters of samples.
+struct SampleParameters {
+    knots: Arc<Knots>,
+    unfitted: BTreeMap<usize, Input>,
+    offsets: Vec<usize>,
+    sampling: Sampling,
+}
+
+impl SampleParameters {
+    /// The fractions of most curves.
+    fn fractions(&self) -> Fractions {
+        match self.sampling {
+            Sampling::PerSpan(n) | Sampling::Count(n) => Fractions::new(n),
+            _ => unreachable!("samples at equal arc lengths have no fractions before they are taken"),
         }
-        spline.per_span::<D>(fractions, coords);
-    }}
+    }
+
+    /// Those of all curves.
+    fn all(&self) -> Vec<f64> {
+        let (mut t, fractions) = (vec![0.0; self.offsets[self.knots.len()]], self.fractions());
+        parallel::parts(&mut t, &self.offsets, |i, t| self.write(i, &fractions, t));
+        t
+    }
+
+    /// Those of a curve.
+    fn curve(&self, i: usize, fractions: &Fractions) -> Vec<f64> {
+        let mut t = vec![0.0; self.offsets[i + 1] - self.offsets[i]];
+        self.write(i, fractions, &mut t);
+        t
+    }
+
+    fn write(&self, i: usize, fractions: &Fractions, t: &mut [f64]) {
+        if let Some(input) = self.unfitted.get(&i) {
+            return t.copy_from_slice(&input.t);
+        }
+        let spline = Spline::of(&self.knots, i, &[], 1);
+        let is_per_span = matches!(self.sampling, Sampling::PerSpan(_));
+        let steps = match is_per_span {
+            true => (t.len() - usize::from(!spline.closed)) / spline.spans(),
+            false => t.len(),
+        };
+        let more = (steps != fractions.closed.len()).then(|| Fractions::new(steps));
+        let Fractions { closed, open } = more.as_ref().unwrap_or(fractions);
+        match is_per_span {
+            true => spline.per_span_parameters(closed, t),
+            false => spline.even_parameters(if spline.closed { closed } else { open }, t),
+        }
+    }
 }
 
 operation! {
-    /// Samples of one curve at fractions of the whole, and their parameters.
+    /// Samples of the spans of one curve.
+    PerSpan<'a; D> { spline: &'a Spline<'a>, fractions: &'a [f64], coords: &'a mut [f64] }
+        -> () { spline.per_span::<D>(fractions, coords) }
+}
+
+operation! {
+    /// Samples of one curve at fractions of the whole. `t` becomes their parameters.
     Evenly<'a; D> { spline: &'a Spline<'a>, fractions: &'a [f64], t: &'a mut [f64], coords: &'a mut [f64] } -> () {{
         spline.even_parameters(fractions, t);
         spline.evenly::<D>(t, coords);

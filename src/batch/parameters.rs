@@ -1,0 +1,35 @@
+//! [`Parameters`]: the parameters of a batch's points.
+
+use std::sync::{Arc, LazyLock};
+
+/// The parameters of all points: given, or computed when they are first asked for.
+///
+/// Samples at known steps have such: few who take samples ask for their parameters, which are as many bytes as a coordinate.
+#[derive(Clone, Debug)]
+pub(crate) struct Parameters(Arc<LazyLock<Arc<Vec<f64>>, Compute>>);
+
+/// Computes all parameters.
+type Compute = Box<dyn FnOnce() -> Arc<Vec<f64>> + Send>;
+
+impl Parameters {
+    /// Parameters that are computed later.
+    pub fn later(compute: impl FnOnce() -> Vec<f64> + Send + 'static) -> Self {
+        Parameters(Arc::new(LazyLock::new(Box::new(|| Arc::new(compute())))))
+    }
+
+    /// All parameters.
+    pub fn get(&self) -> &Arc<Vec<f64>> {
+        &self.0
+    }
+
+    /// All parameters as a vector.
+    pub fn into_vec(self) -> Vec<f64> {
+        self.get().to_vec()
+    }
+}
+
+impl From<Vec<f64>> for Parameters {
+    fn from(parameters: Vec<f64>) -> Self {
+        Parameters::later(|| parameters)
+    }
+}
