@@ -1,8 +1,8 @@
 //! [`CurveLimits`]: the [limits](Limits) of one curve at its vertices.
 
 use super::enclosed::Enclosed;
-use super::energy::{FENCE_KINDS, FIRST_WAY, Fencing};
-use super::limits::{Form, Limits, Polygon, of_spans, spans};
+use super::energy::{FENCE_KINDS, Fencing, Functional};
+use super::limits::{Form, LimitKind, Limits, Polygon, of_spans, spans};
 use super::problem::Problem;
 use super::separation::{SeparatingHalfPlane, SeparatingHalfPlanes};
 use super::setup::PreparedCurve;
@@ -19,6 +19,8 @@ const OF_ROOM: f64 = 1e3;
 /// The limits of one curve, at size 1.
 #[derive(Clone, Debug)]
 pub(super) struct CurveLimits<const D: usize> {
+    /// The quantities of every kind of fences.
+    pub quantities: [Functional; FENCE_KINDS],
     /// The slopes β of the fences of every kind at each vertex, 0 without a limit. A kind without limits is empty.
     pub slopes: [Vec<f64>; FENCE_KINDS],
     /// The regions.
@@ -44,18 +46,18 @@ impl<const D: usize> CurveLimits<D> {
         let spans = spans(&ready.rows, points.len());
         let (closed, vertices, size) = (batch.is_closed(i), ready.problem.vertices(), ready.size);
         let polygon = Polygon { spans: &spans, points, closed, vertices, size };
-        let slopes = polygon.slopes(own, batch, i);
+        let slopes = LimitKind::slopes_of(&polygon, own, batch, i);
+        let quantities = LimitKind::<D>::ALL.map(|kind| (kind.functional)(own, ready.problem.surface.is_some()));
         let has_walls = own.has_places(batch) || !separating.is_empty();
         let walls = has_walls.then(|| walls_of(own, batch, i, separating, ready, &polygon));
         if walls.is_some() {
             ready.place();
         }
-        ready.problem.ways = own.ways();
         let chords: f64 = batch.chords(i).sum();
         let longest = own.stretch.map(|stretch| stretch * chords / size);
         let at_size_1 = |point: &Vector<f64, D>| scale(1.0 / size, *point);
         let enclosed = own.area.then(|| Enclosed::by(&points.iter().map(at_size_1).collect::<Vec<_>>()));
-        CurveLimits { slopes, walls, longest, enclosed }
+        CurveLimits { quantities, slopes, walls, longest, enclosed }
     }
 
     /// Measures what depends on where the problem's base stands.
@@ -115,13 +117,9 @@ pub(super) fn fencing<const D: usize>(
     if limits.is_empty(batch) {
         return None;
     }
-    let mut kinds = [false; FENCE_KINDS];
-    kinds[0] = (0..batch.len()).any(|i| limits.bounds_curvature(batch, i));
-    kinds[1] = limits.shape && D == 2;
-    kinds[2] = limits.shape && D == 3;
-    kinds[FIRST_WAY..].iter_mut().zip(&limits.monotone).for_each(|(kind, _)| *kind = true);
+    let asked = LimitKind::<D>::ALL.into_iter().filter(|kind| (kind.is_asked)(limits, batch));
+    let quantities = asked.map(|kind| (kind.functional)(limits, in_surface)).collect();
     let corridors = usize::from(limits.corridor.is_some() || batch.constraints().corridors.is_some());
     let walls = Walls::<D>::most(limits.regions.len() + corridors + separating.most_at_a_vertex());
-    let stretch = limits.stretch.is_some();
-    Some(Fencing { kinds, in_surface, ways: limits.ways(), walls, stretch, area: limits.area })
+    Some(Fencing { quantities, walls, stretch: limits.stretch.is_some(), area: limits.area })
 }

@@ -4,10 +4,11 @@
 
 use super::area;
 use super::curve_limits::CurveLimits;
-use super::energy::{FENCE_KINDS, Fence, Wall, volume};
+use super::energy::{FENCE_KINDS, Fence, Functional, MOST_EDGES, Term, Visitor, Wall, Window};
+use super::limits::LimitKind;
 use super::multipliers::Multipliers;
 use super::problem::Problem;
-use crate::linalg::scalar::{dot, scale, subtract};
+use crate::linalg::scalar::{Vector, dot, scale, subtract};
 
 /// Limits are kept tighter by this, in units of c.
 ///
@@ -40,12 +41,6 @@ const MOST_ROUNDING: f64 = 1e-6;
 
 /// Violations up to this are met with a larger margin where ρ cannot grow.
 const ROUNDING: f64 = 1e-5;
-
-/// o of c = o − βq for every kind of fences.
-const OFFSETS: [f64; FENCE_KINDS] = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-
-/// The power of 1/h in βq·β∇q for every kind of fences, for edges of length h.
-const STEEPNESS: [i32; FENCE_KINDS] = [3, 3, 1, 1, 1, 1];
 
 /// The limits of a curve, with their violation and multipliers.
 pub(super) struct Fences<const D: usize> {
@@ -83,7 +78,7 @@ impl<const D: usize> Fences<D> {
 
     /// o of c = o − βq, but for the margin.
     fn offset(&self, kind: usize) -> f64 {
-        OFFSETS[kind] - self.margin
+        LimitKind::<D>::ALL[kind].offset - self.margin
     }
 }
 
@@ -97,7 +92,8 @@ impl<const D: usize> Multipliers<D> for Fences<D> {
                 let fence = problem.fences[kind][row];
                 if fence.stiffness > 0.0 {
                     // Both in units of y/ρ.
-                    let (now, next) = (fence.reach + offset, fence.beyond(problem.quantities_at(row)[kind]));
+                    let (now, next) =
+                        (fence.reach + offset, fence.beyond(problem.quantity(&self.limits.quantities[kind], row)));
                     self.violation = self.violation.max((now - next).abs());
                     problem.fences[kind][row].reach = next;
                 }
@@ -153,29 +149,23 @@ impl<const D: usize> Multipliers<D> for Fences<D> {
     /// number: more than 1e-6 is not allowed.
     fn rounding(&self, problem: &Problem<D>) -> f64 {
         let h = problem.length() / problem.base.len() as f64;
-        let of_kind = |(fences, power): (&Vec<Fence<f64>>, i32)| {
-            fences.iter().map(|fence| fence.slope.powi(4)).sum::<f64>() * h.powi(-2 * power)
+        let of_kind = |(fences, kind): (&Vec<Fence<f64>>, LimitKind<D>)| {
+            fences.iter().map(|fence| fence.slope.powi(4)).sum::<f64>() * h.powi(-2 * kind.steepness)
         };
-        let squares: f64 = problem.fences.iter().zip(STEEPNESS).map(of_kind).sum();
+        let squares: f64 = problem.fences.iter().zip(LimitKind::ALL).map(of_kind).sum();
         (f64::EPSILON * self.stiffness * squares.sqrt() * h.powf(1.5) / problem.highest.sqrt()).min(MOST_ROUNDING)
     }
 
     fn energy(&self, problem: &Problem<D>) -> f64 {
-        problem.energy_of_fences()
+        problem.energy_of_fences(&self.limits)
     }
 }
 
 /// What a limit is of.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Limit {
-    /// |K|
-    Curvature,
-    /// The signed curvature.
-    Side,
-    /// The way along the direction of this number.
-    Way(usize),
-    /// The sign of torsion.
-    Twist,
+    /// The quantity of the [kind](LimitKind) of this number.
+    Quantity(usize),
     /// The region of this number.
     Region(usize),
     /// The length of the whole curve.
@@ -183,9 +173,6 @@ pub(super) enum Limit {
     /// The area that the curve encloses.
     Area,
 }
-
-const LIMITS: [Limit; FENCE_KINDS] =
-    [Limit::Curvature, Limit::Side, Limit::Twist, Limit::Way(0), Limit::Way(1), Limit::Way(2)];
 
 /// The worst of a curve's limits.
 #[derive(Clone, Copy, Debug)]
@@ -199,26 +186,24 @@ pub(super) struct Worst {
 }
 
 impl<const D: usize> Problem<D> {
-    /// q of every kind of fences at a vertex of the base.
-    pub(super) fn quantities_at(&self, row: usize) -> [f64; FENCE_KINDS] {
+    /// The quantity q of fences at a vertex of the base.
+    pub(super) fn quantity(&self, q: &Functional, row: usize) -> f64 {
         let count = self.base.len();
-        let edge = |j: usize| {
-            let edge = self.base[j % count];
+        let edges = std::array::from_fn(|k| {
+            let edge = self.base[(row + count - 1 + k) % count];
             let length = dot(edge, edge).sqrt();
             (scale(1.0 / length, edge), length)
-        };
-        let ((before, s), (after, t)) = (edge(row + count - 1), edge(row));
-        let mut turn = subtract(after, before);
-        if let Some(surface) = &self.surface {
-            // The geodesic curvature is that of the part in the tangent plane.
-            let normal = surface.normal(self.places[row]);
-            turn = subtract(turn, scale(dot(turn, normal), normal));
+        });
+        match (q, &self.surface) {
+            (Functional::GeodesicMaxCurvature(_), Some(surface)) => {
+                let [(before, s), (after, t), _] = edges;
+                let (turn, normal) = (subtract(after, before), surface.normal(self.places[row]));
+                // The geodesic curvature is that of the part in the tangent plane.
+                let turn = subtract(turn, scale(dot(turn, normal), normal));
+                2.0 * dot(turn, turn).sqrt() / (s + t)
+            }
+            _ => q.visit(Quantity(edges)).flatten().expect("a quantity of edges"),
         }
-        let side = if D == 2 { before[0] * after[1] - before[1] * after[0] } else { 0.0 };
-        let [first, second, third] =
-            self.ways.map(|direction| before.iter().zip(direction).map(|(x, n)| x * n).sum::<f64>());
-        let twist = if D == 3 { volume([before, after, edge(row + 1).0]) } else { 0.0 };
-        [2.0 * dot(turn, turn).sqrt() / (s + t), 2.0 * side / (s + t), twist, first, second, third]
     }
 
     /// The limit that the base keeps the least; none without limits.
@@ -226,8 +211,9 @@ impl<const D: usize> Problem<D> {
         let of_kind = |(kind, slopes): (usize, &'_ Vec<f64>)| {
             let limited = slopes.iter().enumerate().filter(|(_, slope)| **slope != 0.0);
             let worst = limited.map(|(row, slope)| {
-                let quantity = self.quantities_at(row)[kind];
-                Worst { excess: slope * quantity - OFFSETS[kind], limit: LIMITS[kind], row, quantity }
+                let quantity = self.quantity(&limits.quantities[kind], row);
+                let excess = slope * quantity - LimitKind::<D>::ALL[kind].offset;
+                Worst { excess, limit: Limit::Quantity(kind), row, quantity }
             });
             worst.max_by(|a, b| a.excess.total_cmp(&b.excess))
         };
@@ -254,11 +240,11 @@ impl<const D: usize> Problem<D> {
     }
 
     /// The number of vertices that a limit holds.
-    pub(super) fn held(&self) -> usize {
+    pub(super) fn held(&self, limits: &CurveLimits<D>) -> usize {
         let holds = |row: &usize| {
             let of_fences = (0..FENCE_KINDS).any(|kind| {
                 let fence = self.fences[kind].get(*row).filter(|fence| fence.stiffness > 0.0);
-                fence.is_some_and(|fence| fence.beyond(self.quantities_at(*row)[kind]) > 0.0)
+                fence.is_some_and(|fence| fence.beyond(self.quantity(&limits.quantities[kind], *row)) > 0.0)
             });
             let of_wall = |walls: &Vec<Wall<f64, D>>| walls[*row].beyond(walls[*row].quantity([0.0; D]).0) > 0.0;
             of_fences || self.walls.iter().any(of_wall)
@@ -267,12 +253,32 @@ impl<const D: usize> Problem<D> {
     }
 
     /// The energy of the fences and walls at the base.
-    pub(super) fn energy_of_fences(&self) -> f64 {
+    fn energy_of_fences(&self, limits: &CurveLimits<D>) -> f64 {
         let of_kind = |kind: usize| {
             let fences = self.fences[kind].iter().enumerate().filter(|(_, fence)| fence.stiffness > 0.0);
-            fences.map(move |(row, fence)| fence.value(self.quantities_at(row)[kind])).sum::<f64>()
+            fences.map(|(row, fence)| fence.value(self.quantity(&limits.quantities[kind], row))).sum::<f64>()
         };
         let of_walls = self.walls.iter().flatten().map(|wall| wall.value([0.0; D])).sum::<f64>();
         (0..FENCE_KINDS).map(of_kind).sum::<f64>() + of_walls
+    }
+}
+
+/// The quantity of fences that the first edge leads to, from the edges there.
+struct Quantity<const D: usize>([(Vector<f64, D>, f64); MOST_EDGES]);
+
+impl<const D: usize> Visitor for Quantity<D> {
+    type Output = Option<f64>;
+
+    fn visit<T: Term<W>, const W: usize>(self, term: &T) -> Option<f64> {
+        term.quantity(&Window {
+            tangent: std::array::from_fn(|k| self.0[k].0),
+            length: std::array::from_fn(|k| self.0[k].1),
+            segments: 1.0,
+            torsion_curvature: 1.0,
+            taut: 1.0,
+            free: 0.0,
+            free_after: 0.0,
+            fence: Fence::NONE,
+        })
     }
 }

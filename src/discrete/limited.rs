@@ -200,7 +200,6 @@ fn judged<const D: usize>(
     if limits.walls.is_some() {
         without.place();
     }
-    without.problem.ways = ready.problem.ways;
     without.problem.rebase(&free.displacements);
     let without = LimitsResult::of(fair, batch, &without, &limits, i, [energy; 2], Ending::Loops);
     // A way around a region may be as long as it likes.

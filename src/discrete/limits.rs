@@ -1,9 +1,13 @@
 //! [`Limits`]: inequalities that fair curves keep.
 
 mod along;
+mod kinds;
 mod region;
+#[cfg(test)]
+mod tests;
 
 pub(super) use along::{Polygon, Span, spans};
+pub(super) use kinds::{Broken, LimitKind};
 pub(super) use region::Form;
 pub use region::Region;
 
@@ -83,6 +87,9 @@ pub struct Limits {
     /// [`LimitReport::neighbours`](crate::LimitReport::neighbours) and
     /// [`touching`](crate::LimitReport::touching) count both.
     pub no_crossing: bool,
+    /// Whether no edge is steep, in tests.
+    #[cfg(test)]
+    pub(crate) toy: bool,
 }
 
 impl Limits {
@@ -93,10 +100,11 @@ impl Limits {
 
     /// Whether there is nothing that a curve keeps without regard to others.
     pub(super) fn asks_nothing_alone(&self, batch: &CurveBatch) -> bool {
-        let constraints = batch.constraints();
-        let has_none = self.curvature.is_none() && !self.shape && self.monotone.is_empty() && self.stretch.is_none();
-        let has_none = has_none && !self.area;
-        has_none && constraints.largest_curvatures.is_none() && !self.has_places(batch)
+        let has_any = match batch.dimension() {
+            2 => LimitKind::<2>::ALL.iter().any(|kind| (kind.is_asked)(self, batch)),
+            _ => LimitKind::<3>::ALL.iter().any(|kind| (kind.is_asked)(self, batch)),
+        };
+        !has_any && self.stretch.is_none() && !self.area && !self.has_places(batch)
     }
 
     /// Whether there are limits of places.

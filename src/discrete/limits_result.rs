@@ -3,7 +3,7 @@
 use super::curve_limits::CurveLimits;
 use super::fair::Fair;
 use super::fences::{Limit, Worst};
-use super::limits::Region;
+use super::limits::{Broken, LimitKind, Region};
 use super::setup::PreparedCurve;
 use crate::batch::CurveBatch;
 use crate::linalg::scalar::{add, scale};
@@ -50,15 +50,19 @@ impl LimitsResult {
         let length = problem.length() * ready.size;
         let report = LimitReport {
             violation: worst.excess.max(0.0),
-            active: problem.held(),
+            active: problem.held(limits),
             cost: energy / free - 1.0,
             stretch: length / chords,
             neighbours: 0,
             touching: 0,
         };
-        // A way is that of the edge before the vertex.
+        // What is of one edge is of that before the vertex.
         let count = problem.base.len();
-        let row = if matches!(worst.limit, Limit::Way(_)) { (worst.row + count - 1) % count } else { worst.row };
+        let is_of_edge = |kind: usize| limits.quantities[kind].order() == 1;
+        let row = match worst.limit {
+            Limit::Quantity(kind) if is_of_edge(kind) => (worst.row + count - 1) % count,
+            _ => worst.row,
+        };
         let point = ready.rows[..points.len()].partition_point(|&own| own as usize <= row).saturating_sub(1);
         let (broken, remedy) = match ending {
             Ending::Kept => Default::default(),
@@ -114,12 +118,6 @@ impl LimitsResult {
     }
 }
 
-/// A number rounded to seven digits, of any size.
-fn seven_digits(x: f64) -> String {
-    let rounded: f64 = format!("{x:.6e}").parse().unwrap_or(x);
-    if rounded.abs() < 1e-4 { format!("{rounded:e}") } else { rounded.to_string() }
-}
-
 /// How a curve breaks its worst limit, and what would be feasible.
 fn words<const D: usize>(
     fair: &Fair,
@@ -129,32 +127,17 @@ fn words<const D: usize>(
     worst: &Worst,
     ending: Ending,
 ) -> (String, String) {
-    let curvature = worst.quantity / ready.size;
-    let it_to = "it to".to_string();
     match worst.limit {
-        Limit::Curvature => {
-            let bound = seven_digits(1.0 / (limits.slopes[0][worst.row] * ready.size));
-            let larger = match ending {
-                Ending::GivenUp => format!("a curvature of {}", seven_digits(curvature * (1.0 + 1e-6))),
-                _ => "a larger curvature".into(),
-            };
-            let what = if fair.surface.is_some() { "geodesic curvature" } else { "curvature" };
-            let curvature = seven_digits(curvature);
-            let broken = format!("its {what} is {curvature} from here to the next point, where {bound} is the largest");
-            (broken, larger)
-        }
-        Limit::Side => (
-            format!(
-                "it turns to the other side than its points from here to the next point, with a curvature of {:.3e}",
-                curvature.abs()
-            ),
-            it_to,
-        ),
-        Limit::Twist => ("it twists to the other side than its points from here to the next point".into(), it_to),
-        Limit::Way(k) => {
-            let [x, y, z] = fair.limits.monotone[k];
-            let direction = if D == 2 { format!("({x}, {y})") } else { format!("({x}, {y}, {z})") };
-            (format!("it goes back along {direction} between this point and the next"), it_to)
+        Limit::Quantity(kind) => {
+            let [what, remedy] = (LimitKind::<D>::ALL[kind].words)(&Broken {
+                limits: &fair.limits,
+                dimension: D,
+                in_surface: fair.surface.is_some(),
+                curvature: worst.quantity / ready.size,
+                bound: 1.0 / (limits.slopes[kind][worst.row] * ready.size),
+                is_least: ending == Ending::GivenUp,
+            });
+            (what, remedy)
         }
         Limit::Length => {
             let most = fair.limits.stretch.unwrap_or_default();

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use super::descent::Descent;
 use super::edges::Edges;
 use super::enclosed::Enclosing;
-use super::energy::{Energy, FENCE_KINDS, Fence, Functional, Hold, MOST_EDGES, WAYS, Wall};
+use super::energy::{Energy, FENCE_KINDS, Fence, Functional, Hold, MOST_EDGES, Wall};
 use super::lane::{Bounds, TerminationStatus};
 use super::newton::{Newton, Weights};
 use super::plan::{Plan, Solver};
@@ -70,8 +70,6 @@ pub(crate) struct Problem<const D: usize> {
     pub places: Vec<Vector<f64, D>>,
     /// The surface that the curve lies in.
     pub surface: Option<Local>,
-    /// The directions of the fences of the ways ahead, unit vectors.
-    pub ways: [[f64; 3]; WAYS],
     /// The weight of the highest derivative in the inner product.
     pub highest: f64,
     /// The root mean square of |K| at the start, where |κ|^ν and κ² weigh the same.

@@ -4,10 +4,9 @@ use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
 use super::edges::Edges;
-use super::energy::{
-    Energy, FENCE_KINDS, Fence, Fencing, Functional, MOST_EDGES, WAYS, Wall, bending, length, variation,
-};
+use super::energy::{Energy, Fence, Fencing, Functional, MOST_EDGES, WAYS, Wall, bending, length, variation};
 use super::hessian::{BlockHessian, dense};
+use super::limits::{LimitKind, Limits};
 use crate::linalg::scalar::{Vector, subtract};
 use crate::linalg::{Lanes, Real, Scalar};
 
@@ -36,7 +35,8 @@ fn evaluate<S: Scalar, const D: usize>(
         edges.set_free(lane, &free);
         // Beyond every fence: the second derivative of one jumps at its edge.
         let fence = |slope: f64, v: usize| Fence { slope: slope + 0.1 * (v % 3) as f64, reach: 40.0, stiffness: 0.02 };
-        let fences = [0.7, -0.4, 1.1, 0.9, -0.8, 0.6].map(|slope| (0..curve.len()).map(|v| fence(slope, v)).collect());
+        let slopes = [0.7, -0.4, 1.1, 0.9, -0.8, 0.6, 0.5];
+        let fences = slopes.map(|slope| (0..curve.len()).map(|v| fence(slope, v)).collect());
         edges.set_fences(lane, &fences);
     }
     let rows = edges.rows();
@@ -83,9 +83,10 @@ fn functionals() -> Vec<Option<Functional>> {
     let named = Energy::NAMES.iter().filter_map(|name| Energy::named(name));
     let named = named.filter(|energy| energy.order() > 0 && !energy.is_geodesic());
     let custom = (1..=MOST_EDGES).map(mixed).chain([every_operation()]);
-    let fences = (0..FENCE_KINDS).map(|kind| {
-        let kinds = std::array::from_fn(|own| own == kind);
-        Energy::default().fenced(Fencing { kinds, ways: [[0.48, 0.6, -0.64]; WAYS], ..Fencing::default() })
+    let limits = Limits { monotone: vec![[0.48, 0.6, -0.64]; WAYS], ..Limits::default() };
+    let fences = LimitKind::<3>::ALL.map(|kind| {
+        let quantities = vec![(kind.functional)(&limits, false)];
+        Energy::default().fenced(Fencing { quantities, ..Fencing::default() })
     });
     let all = named.chain([1.0, 1.5, 3.0, 4.0].map(bending)).chain(custom).chain(fences);
     all.map(|energy| Some(energy.terms()[0].1.clone())).chain([None]).collect()

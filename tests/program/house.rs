@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 /// The rooms from the ground up, as files or folders of `src`. Each uses only those before it.
-const ROOMS: [&str; 38] = [
+const ROOMS: [&str; 39] = [
     "dct",
     "error",
     "words",
@@ -12,6 +12,7 @@ const ROOMS: [&str; 38] = [
     "width",
     "sides",
     "ragged",
+    "numbers",
     "parallel",
     "sort",
     "memory",

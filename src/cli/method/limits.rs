@@ -157,15 +157,17 @@ impl LimitArgs {
         }
         let curvature = self.max_curvature.or(self.min_radius.map(|radius| 1.0 / radius));
         let along = |axis: Axis| std::array::from_fn(|c| f64::from(u8::from(c == axis as usize)));
-        Ok(Limits {
+        let mut limits = Limits {
             curvature,
             shape: self.preserve_shape,
-            monotone: self.monotone.iter().map(|&axis| along(axis)).collect(),
             corridor: self.corridor,
-            regions: self.regions().collect(),
             stretch: self.max_stretch,
             area: self.preserve_area,
             no_crossing: self.no_crossing,
-        })
+            ..Limits::default()
+        };
+        limits.monotone.extend(self.monotone.iter().map(|&axis| along(axis)));
+        limits.regions.extend(self.regions());
+        Ok(limits)
     }
 }

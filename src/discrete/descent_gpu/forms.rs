@@ -4,18 +4,12 @@ use super::descent_kernel;
 use super::lanes::LANES;
 use crate::discrete::compose::Composition;
 use crate::discrete::energy::{
-    FENCE_KINDS, FIRST_WAY, Fencing, WAYS, attachment, bending, geodesic_bending, length, tautness, tension, torsion,
-    variation,
+    Fencing, Functional, Monotone, attachment, bending, geodesic_bending, length, tautness, tension, torsion, variation,
 };
 use crate::discrete::plan::{Plan, Solver};
 use crate::gpu::KernelKey;
 use crate::precision::Precision;
 use crate::surface::{HeightField, Mesh, Surface, SurfaceKernel, Torus};
-
-/// Which kinds of fences are of these numbers.
-fn kinds<const N: usize>(numbers: [usize; N]) -> [bool; FENCE_KINDS] {
-    std::array::from_fn(|kind| numbers.contains(&kind))
-}
 
 fn newton(order: usize) -> Plan {
     Plan { solver: Solver::Newton, order, gauge: 0 }
@@ -23,6 +17,10 @@ fn newton(order: usize) -> Plan {
 
 /// Some forms of the kernel, a few of each order. Lanes of any number have the same.
 pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
+    let fenced = |quantities: Vec<Functional>| Fencing { quantities, ..Fencing::default() };
+    let [curvature, side] =
+        [Functional::MaxCurvature(Default::default()), Functional::CurvatureSign(Default::default())];
+    let way = Functional::Monotone(Monotone { direction: [0.6, 0.8, 0.0], way: 0 });
     let forms = [
         (tension(), 1),
         (length() + attachment(), 1),
@@ -31,23 +29,14 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
         (bending(2.7) + tension() + attachment(), 2),
         (bending(2.0) + tautness(), 2),
         (bending(2.0) + tautness() + attachment(), 2),
-        ((bending(2.0) + tautness()).fenced(Fencing { kinds: kinds([0, 1]), ..Fencing::default() }), 2),
-        (
-            bending(2.0).fenced(Fencing {
-                kinds: kinds([0, FIRST_WAY]),
-                ways: [[0.6, 0.8, 0.0]; WAYS],
-                walls: 2,
-                stretch: true,
-                ..Fencing::default()
-            }),
-            2,
-        ),
-        (variation().fenced(Fencing { kinds: kinds([2]), walls: 1, ..Fencing::default() }), 3),
+        ((bending(2.0) + tautness()).fenced(fenced(vec![curvature.clone(), side])), 2),
+        (bending(2.0).fenced(Fencing { walls: 2, stretch: true, ..fenced(vec![curvature, way]) }), 2),
+        (variation().fenced(Fencing { walls: 1, ..fenced(vec![Functional::TorsionSign(Default::default())]) }), 3),
         (variation() + length(), 3),
         (torsion() + bending(2.0) + attachment(), 3),
     ];
     let mut keys = Vec::new();
-    let curbed = Fencing { kinds: kinds([0]), in_surface: true, ..Fencing::default() };
+    let curbed = fenced(vec![Functional::GeodesicMaxCurvature(Default::default())]);
     let mut in_quadrics = vec![geodesic_bending(2.0) + tautness(), geodesic_bending(3.0) + length() + attachment()];
     if precision == Precision::F64 {
         in_quadrics.push((geodesic_bending(2.0) + tautness()).fenced(curbed));

@@ -14,7 +14,7 @@
 //!
 //! Source: R. T. Rockafellar, *The multiplier method of Hestenes and Powell applied to convex programming* (1973).
 
-use super::{Partials, SecondPartials, Term, Window};
+use super::{Functional, Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::scale;
 
@@ -35,17 +35,14 @@ pub(crate) const WAYS: usize = 3;
 /// The kind of the fences of the first way, after those of |K|, of the signed curvature and of the twist.
 pub(crate) const FIRST_WAY: usize = 3;
 
-/// The kinds of fences, in the order of their arrays.
-pub(crate) const FENCE_KINDS: usize = FIRST_WAY + WAYS;
+/// The kinds of fences, in the order of their arrays. Tests have one more.
+pub(crate) const FENCE_KINDS: usize = FIRST_WAY + WAYS + cfg!(test) as usize;
 
 /// What a batch of curves is kept with.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Fencing {
-    pub kinds: [bool; FENCE_KINDS],
-    /// Whether curvatures are geodesic ones, of curves in a surface.
-    pub in_surface: bool,
-    /// The directions of the ways ahead.
-    pub ways: [[f64; 3]; WAYS],
+    /// The quantities that fences limit.
+    pub quantities: Vec<Functional>,
     /// How many walls a vertex has at most.
     pub walls: usize,
     /// Whether the length has a weight of its own, the last.
@@ -127,6 +124,11 @@ impl<Q: Quantity<W>, const W: usize> Term<W> for Q {
     #[inline(always)]
     fn fence(&self) -> Option<usize> {
         Some(self.kind())
+    }
+
+    #[inline(always)]
+    fn quantity<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> Option<S> {
+        Some(self.first(window).value)
     }
 
     #[inline(always)]

@@ -24,7 +24,7 @@
 /// The list yields [`Functional`], which is any of them, the names of the energies, and the one
 /// place where their terms are told apart. Those after `hidden` have no name for users.
 macro_rules! energies {
-    ($($(#[$when:meta])? $word:ident::$Name:ident),+ $(,)?; hidden: $($own:ident::$Own:ident),+ $(,)?) => {
+    ($($(#[$when:meta])? $word:ident::$Name:ident),+ $(,)?; hidden: $($(#[$for:meta])? $own:ident::$Own:ident),+ $(,)?) => {
         $(
             $(#[$when])?
             mod $word;
@@ -40,7 +40,10 @@ macro_rules! energies {
             }
         )+
 
-        $(mod $own;)+
+        $(
+            $(#[$for])?
+            mod $own;
+        )+
 
         impl Energy {
             /// The names of the energies, as [`named`](Self::named) takes them.
@@ -63,7 +66,7 @@ macro_rules! energies {
         #[derive(Clone, Debug)]
         pub(crate) enum Functional {
             $($(#[$when])? $Name($word::$Name),)+
-            $($Own($own::$Own),)+
+            $($(#[$for])? $Own($own::$Own),)+
             Attachment,
             GeodesicBending(geodesic_bending::GeodesicBending),
             GeodesicMaxCurvature(geodesic_max_curvature::GeodesicMaxCurvature),
@@ -75,7 +78,7 @@ macro_rules! energies {
             pub fn word(&self) -> &str {
                 match self {
                     $($(#[$when])? Functional::$Name(_) => stringify!($word),)+
-                    $(Functional::$Own(_) => stringify!($own),)+
+                    $($(#[$for])? Functional::$Own(_) => stringify!($own),)+
                     Functional::Attachment => "attachment",
                     Functional::GeodesicBending(_) => "geodesic_bending",
                     Functional::GeodesicMaxCurvature(_) => "geodesic_max_curvature",
@@ -87,7 +90,7 @@ macro_rules! energies {
             pub fn facts(&self) -> &dyn Facts {
                 match self {
                     $($(#[$when])? Functional::$Name(functional) => functional,)+
-                    $(Functional::$Own(functional) => functional,)+
+                    $($(#[$for])? Functional::$Own(functional) => functional,)+
                     Functional::Attachment => &attachment::Attachment,
                     Functional::GeodesicBending(functional) => functional,
                     Functional::GeodesicMaxCurvature(functional) => functional,
@@ -102,7 +105,7 @@ macro_rules! energies {
             pub fn visit<V: Visitor>(&self, visitor: V) -> Option<V::Output> {
                 match self {
                     $($(#[$when])? Functional::$Name(functional) => Some(visitor.visit(functional)),)+
-                    $(Functional::$Own(functional) => Some(visitor.visit(functional)),)+
+                    $($(#[$for])? Functional::$Own(functional) => Some(visitor.visit(functional)),)+
                     Functional::Attachment | Functional::GeodesicBending(_) | Functional::GeodesicMaxCurvature(_) => None,
                     Functional::Custom(custom) => Some(custom::visit(custom.as_ref(), visitor)),
                 }
@@ -120,7 +123,12 @@ energies! {
     torsion::Torsion,
     #[cfg(test)]
     toy::Toy;
-    hidden: max_curvature::MaxCurvature, curvature_sign::CurvatureSign, monotone::Monotone, torsion_sign::TorsionSign,
+    hidden: max_curvature::MaxCurvature,
+    curvature_sign::CurvatureSign,
+    monotone::Monotone,
+    torsion_sign::TorsionSign,
+    #[cfg(test)]
+    toy_limit::ToyLimit,
 }
 
 mod attachment;
@@ -144,13 +152,13 @@ pub(crate) use attachment::Hold;
 pub use attachment::attachment;
 use custom::Custom;
 pub(super) use exponents::nearer;
-pub(crate) use fence::{FENCE_KINDS, FIRST_WAY, Fence, Fencing, WAYS};
+pub(crate) use fence::{FENCE_KINDS, Fence, Fencing, WAYS};
 pub use formula::{Expression, ExpressionVector};
 pub use geodesic_bending::geodesic_bending;
+pub(crate) use monotone::Monotone;
 pub use sum::Energy;
 pub(crate) use tautness::of_spans;
 pub use torsion::TORSION_CURVATURE;
-pub(crate) use torsion_sign::volume;
 pub(crate) use wall::Wall;
 
 use crate::linalg::Scalar;
@@ -228,6 +236,12 @@ pub(crate) trait Term<const W: usize> {
     /// The kind of fences that the term is of.
     #[inline(always)]
     fn fence(&self) -> Option<usize> {
+        None
+    }
+
+    /// The quantity that its fences limit.
+    #[inline(always)]
+    fn quantity<S: Scalar, const D: usize>(&self, _: &Window<S, D, W>) -> Option<S> {
         None
     }
 

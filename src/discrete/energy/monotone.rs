@@ -5,9 +5,9 @@
 
 use std::collections::BTreeMap;
 
-use super::fence::Quantity;
+use super::fence::{FIRST_WAY, Quantity};
 use super::wgsl::literal;
-use super::{FIRST_WAY, Facts, Partials, Window};
+use super::{Facts, Partials, Window};
 use crate::linalg::Scalar;
 use crate::sort;
 

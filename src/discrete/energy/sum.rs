@@ -2,8 +2,7 @@
 
 use std::ops::{Add, Mul};
 
-use super::monotone::Monotone;
-use super::{FENCE_KINDS, Fencing, Functional, WAYS};
+use super::{FENCE_KINDS, Fencing, Functional};
 use crate::error::{Error, Result};
 
 /// A weighted sum of energies.
@@ -80,18 +79,8 @@ impl Energy {
 
     /// The same energy with fences and walls.
     pub(crate) fn fenced(&self, fencing: Fencing) -> Energy {
-        let way = |way: usize| Functional::Monotone(Monotone { direction: fencing.ways[way], way });
-        let others = [
-            match fencing.in_surface {
-                true => Functional::GeodesicMaxCurvature(Default::default()),
-                false => Functional::MaxCurvature(Default::default()),
-            },
-            Functional::CurvatureSign(Default::default()),
-            Functional::TorsionSign(Default::default()),
-        ];
-        let fences = others.into_iter().chain((0..WAYS).map(way));
-        let wanted = fences.zip(fencing.kinds).filter(|(_, wanted)| *wanted);
-        let mut fenced = wanted.fold(self.clone(), |energy, (fence, _)| energy + Energy::of(fence));
+        let mut fenced = self.clone();
+        fenced.terms.extend(fencing.quantities.into_iter().map(|quantity| (1.0, quantity)));
         if fencing.stretch {
             fenced = fenced + Energy::of(Functional::Length(Default::default()));
         }

@@ -34,11 +34,6 @@ fn across<S: Scalar, const D: usize>(a: [S; D], b: [S; D]) -> [S; D] {
     out
 }
 
-/// det(t, u, v)
-pub(crate) fn volume<const D: usize>([t, u, v]: [[f64; D]; 3]) -> f64 {
-    dot(t, across(u, v))
-}
-
 impl Quantity<3> for TorsionSign {
     #[inline(always)]
     fn kind(&self) -> usize {

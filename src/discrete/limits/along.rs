@@ -1,8 +1,6 @@
 //! Limits of quantities along a curve: which vertex has which, by the spans between data points.
 
-use super::{Limits, of_spans};
-use crate::batch::CurveBatch;
-use crate::discrete::energy::FENCE_KINDS;
+use super::Limits;
 use crate::linalg::scalar::{Vector, dot, subtract};
 use crate::sides::{self, STRAIGHT, agreed};
 
@@ -121,25 +119,8 @@ impl<const D: usize> Polygon<'_, D> {
         }
     }
 
-    /// The slopes β of the fences of every kind at each vertex. They are 0 where there is no limit.
-    ///
-    /// A kind that limits nothing is empty.
-    pub fn slopes(&self, limits: &Limits, batch: &CurveBatch, i: usize) -> [Vec<f64>; FENCE_KINDS] {
-        let column = batch.constraints().largest_curvatures.as_deref();
-        let largest = of_spans(limits.curvature, column, batch, i, self.spans).map(|bounds| self.by_bounds(&bounds));
-        let side = (limits.shape && D == 2).then(|| self.sides());
-        let twist = (limits.shape && D == 3).then(|| self.twists());
-        let ways = limits.monotone.iter().map(|&direction| Some(self.way(direction)));
-        let all = [largest, side, twist].into_iter().chain(ways);
-        let mut slopes: [Vec<f64>; FENCE_KINDS] = Default::default();
-        for (own, given) in slopes.iter_mut().zip(all) {
-            *own = given.filter(|slopes| slopes.iter().any(|slope| *slope != 0.0)).unwrap_or_default();
-        }
-        slopes
-    }
-
     /// 1/κ at every vertex between two edges, from the largest curvatures of the spans. At a data point both count.
-    fn by_bounds(&self, bounds: &[f64]) -> Vec<f64> {
+    pub(super) fn by_bounds(&self, bounds: &[f64]) -> Vec<f64> {
         let slope = |k: usize| 1.0 / (bounds[k] * self.size);
         let mut slopes = vec![0.0; self.vertices];
         for (k, span) in self.spans.iter().enumerate() {
@@ -152,7 +133,7 @@ impl<const D: usize> Polygon<'_, D> {
     }
 
     /// −σℓ at every vertex, with σ the side to turn to, 1 to the left and −1 to the right, and ℓ the mean chord.
-    fn sides(&self) -> Vec<f64> {
+    pub(super) fn sides(&self) -> Vec<f64> {
         let turn = |before: usize, after: usize| {
             let [a, b] = [before, after].map(|k| self.chord(&self.spans[k]));
             let sine = (a[0] * b[1] - a[1] * b[0]) / (length(a) * length(b));
@@ -172,7 +153,7 @@ impl<const D: usize> Polygon<'_, D> {
 
     /// −σ at the vertex that every edge leads to, with σ = 1 where the chord goes along the direction, and −1 where it
     /// goes against it.
-    fn way(&self, direction: [f64; 3]) -> Vec<f64> {
+    pub(super) fn way(&self, direction: [f64; 3]) -> Vec<f64> {
         let mut slopes = vec![0.0; self.vertices];
         for span in self.spans {
             let chord = self.chord(span);
@@ -186,7 +167,7 @@ impl<const D: usize> Polygon<'_, D> {
 
     /// −σ(ℓ/h)³ at the vertex at which the middle one of three edges begins, with σ the side of the torsion, 1 for that of
     /// a right-handed screw, ℓ the mean chord and h the edge at the chord of the span.
-    fn twists(&self) -> Vec<f64> {
+    pub(super) fn twists(&self) -> Vec<f64> {
         // Of the chord of every span with both beside it; a span at an end has none.
         let own = |k: usize| {
             let [before, after] = [self.before(k)?, self.after(k)?];

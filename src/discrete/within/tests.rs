@@ -65,9 +65,8 @@ fn gradients_and_hessians_in_surfaces_are_those_of_differences() {
     let plan = Plan { solver: Solver::Newton, order: 2, gauge: 2 };
     for (nu, closed) in [(2.0, false), (2.0, true), (3.0, false), (1.7, true)] {
         let energy: Energy = geodesic_bending(nu) + bending(2.0) + length();
-        let mut curbed = Fencing { in_surface: true, ..Fencing::default() };
-        curbed.kinds[0] = true;
-        let energy = energy.fenced(curbed);
+        let quantities = vec![Functional::GeodesicMaxCurvature(Default::default())];
+        let energy = energy.fenced(Fencing { quantities, ..Fencing::default() });
         let functionals: Vec<&Functional> = energy.terms().iter().map(|(_, functional)| functional).collect();
         for problem in problems(closed) {
             let name = problem.surface.as_ref().unwrap().surface.name();

@@ -1,0 +1,145 @@
+//! [`LimitKind`]: the kinds of limits of a quantity along a curve, a row each.
+
+use super::along::Polygon;
+use super::{Limits, of_spans};
+use crate::batch::CurveBatch;
+use crate::discrete::energy::{FENCE_KINDS, Functional, Monotone};
+
+/// A kind of limits: c = o − βq ≥ 0 at every vertex, for a quantity q.
+///
+/// The quantity with its derivatives is a file of `energy`, and one of its shaders.
+pub(in crate::discrete) struct LimitKind<const D: usize> {
+    /// The quantity, of curves in a surface or not.
+    pub functional: fn(&Limits, bool) -> Functional,
+    /// o
+    pub offset: f64,
+    /// The power of 1/h in βq·β∇q, for edges of length h.
+    pub steepness: i32,
+    /// Whether curves of a batch are asked to keep it.
+    pub is_asked: fn(&Limits, &CurveBatch) -> bool,
+    /// β at every vertex of curve `i`, 0 where it has no limit.
+    pub slopes: fn(&Polygon<'_, D>, &Limits, &CurveBatch, usize) -> Vec<f64>,
+    /// How a curve breaks it, and what would be feasible.
+    pub words: fn(&Broken<'_>) -> [String; 2],
+}
+
+/// A limit that a curve breaks, in units of the input.
+pub(in crate::discrete) struct Broken<'a> {
+    pub limits: &'a Limits,
+    pub dimension: usize,
+    pub in_surface: bool,
+    /// q of a curvature.
+    pub curvature: f64,
+    /// 1/β of a curvature.
+    pub bound: f64,
+    /// Whether q is what is feasible.
+    pub is_least: bool,
+}
+
+impl<const D: usize> LimitKind<D> {
+    /// All kinds, in the order of [`Functional::fence`].
+    pub const ALL: [Self; FENCE_KINDS] = [
+        Self::MAX_CURVATURE,
+        Self::CURVATURE_SIGN,
+        Self::TORSION_SIGN,
+        Self::monotone::<0>(),
+        Self::monotone::<1>(),
+        Self::monotone::<2>(),
+        #[cfg(test)]
+        Self::TOY,
+    ];
+
+    const MAX_CURVATURE: Self = LimitKind {
+        functional: |_, in_surface| match in_surface {
+            true => Functional::GeodesicMaxCurvature(Default::default()),
+            false => Functional::MaxCurvature(Default::default()),
+        },
+        offset: 1.0,
+        steepness: 3,
+        is_asked: |limits, batch| (0..batch.len()).any(|i| limits.bounds_curvature(batch, i)),
+        slopes: |polygon, limits, batch, i| {
+            let column = batch.constraints().largest_curvatures.as_deref();
+            let bounds = of_spans(limits.curvature, column, batch, i, polygon.spans);
+            bounds.map(|bounds| polygon.by_bounds(&bounds)).unwrap_or_default()
+        },
+        words: |broken| {
+            let larger = match broken.is_least {
+                true => format!("a curvature of {}", seven_digits(broken.curvature * (1.0 + 1e-6))),
+                false => "a larger curvature".into(),
+            };
+            let what = if broken.in_surface { "geodesic curvature" } else { "curvature" };
+            let [curvature, bound] = [broken.curvature, broken.bound].map(seven_digits);
+            [format!("its {what} is {curvature} from here to the next point, where {bound} is the largest"), larger]
+        },
+    };
+
+    const CURVATURE_SIGN: Self = LimitKind {
+        functional: |_, _| Functional::CurvatureSign(Default::default()),
+        offset: 0.0,
+        steepness: 3,
+        is_asked: |limits, _| limits.shape && D == 2,
+        slopes: |polygon, _, _, _| polygon.sides(),
+        words: |broken| {
+            let curvature = broken.curvature.abs();
+            let what = "it turns to the other side than its points from here to the next point, with a curvature of";
+            [format!("{what} {curvature:.3e}"), "it to".into()]
+        },
+    };
+
+    const TORSION_SIGN: Self = LimitKind {
+        functional: |_, _| Functional::TorsionSign(Default::default()),
+        offset: 0.0,
+        steepness: 1,
+        is_asked: |limits, _| limits.shape && D == 3,
+        slopes: |polygon, _, _, _| polygon.twists(),
+        words: |_| {
+            ["it twists to the other side than its points from here to the next point", "it to"].map(String::from)
+        },
+    };
+
+    /// The way along the direction of number `WAY`.
+    const fn monotone<const WAY: usize>() -> Self {
+        LimitKind {
+            functional: |limits, _| Functional::Monotone(Monotone { direction: limits.ways()[WAY], way: WAY }),
+            offset: 0.0,
+            steepness: 1,
+            is_asked: |limits, _| limits.monotone.len() > WAY,
+            slopes: |polygon, limits, _, _| polygon.way(limits.monotone[WAY]),
+            words: |broken| {
+                let coordinates = broken.limits.monotone[WAY].map(|x| x.to_string());
+                let direction = coordinates[..broken.dimension].join(", ");
+                [format!("it goes back along ({direction}) between this point and the next"), "it to".into()]
+            },
+        }
+    }
+
+    /// The limit of the recipe in CONTRIBUTING.md, for tests alone: no edge is steeper than 53°.
+    #[cfg(test)]
+    const TOY: Self = LimitKind {
+        functional: |_, _| Functional::ToyLimit(Default::default()),
+        offset: 1.0,
+        steepness: 1,
+        is_asked: |limits, _| limits.toy,
+        slopes: |polygon, _, _, _| vec![1.0 / 0.8; polygon.vertices],
+        words: |_| ["it is too steep", "it to"].map(String::from),
+    };
+
+    /// The slopes β of every kind at each vertex of curve `i`. A kind that limits nothing is empty.
+    pub fn slopes_of(
+        polygon: &Polygon<'_, D>,
+        limits: &Limits,
+        batch: &CurveBatch,
+        i: usize,
+    ) -> [Vec<f64>; FENCE_KINDS] {
+        Self::ALL.map(|kind| {
+            let slopes = if (kind.is_asked)(limits, batch) { (kind.slopes)(polygon, limits, batch, i) } else { vec![] };
+            if slopes.iter().any(|slope| *slope != 0.0) { slopes } else { vec![] }
+        })
+    }
+}
+
+/// A number rounded to seven digits, of any size.
+fn seven_digits(x: f64) -> String {
+    let rounded: f64 = format!("{x:.6e}").parse().unwrap_or(x);
+    if rounded.abs() < 1e-4 { format!("{rounded:e}") } else { rounded.to_string() }
+}
