@@ -254,7 +254,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
 
     /// The coordinates of a lane's displacements, vertex after vertex.
     pub fn displacements(&self, l: usize) -> Vec<Vector<f64, D>> {
-        let count = self.edges.vertices()[l];
+        let count = self.edges.counts()[l] + usize::from(!self.edges.is_closed());
         self.u[..count].iter().map(|u| std::array::from_fn(|c| u[c].lane(l).to_f64())).collect()
     }
 }

@@ -43,7 +43,7 @@ pub(crate) struct Edges<S, const D: usize> {
     exists: Vec<S>,
     /// The gauge's factor at the vertex between this edge and the next.
     ///
-    /// It is 0 at a data point. Elsewhere it is 1, or the value from [`Self::set_free`].
+    /// It is 0 at a data point.
     free: Vec<S>,
     /// 1/w² for the width w of the span that the edge lies in: 1, or the value from
     /// [`Self::set_taut`].
@@ -65,9 +65,9 @@ pub(crate) struct Edges<S, const D: usize> {
 impl<S: Scalar, const D: usize> Edges<S, D> {
     /// The edges of curves that are all open or all closed.
     ///
-    /// Lane l has the edges `bases[l]`, at least 3 for closed curves. `data[l][j]` says whether
-    /// vertex j is a data point.
-    pub fn new(closed: bool, bases: &[&[Vector<f64, D>]], data: &[&[bool]]) -> Self {
+    /// Lane l has the edges `bases[l]`, at least 3 for closed curves. `free(l, j)` is the factor of
+    /// differences of lengths in the gauge at vertex j, 0 at data points.
+    pub fn new(closed: bool, bases: &[&[Vector<f64, D>]], free: impl Fn(usize, usize) -> f64) -> Self {
         let counts: Vec<usize> = bases.iter().map(|base| base.len()).collect();
         let most = counts.iter().copied().max().unwrap_or(0);
         // Closed curves repeat as many of their first edges as a term sees, less one. Open curves
@@ -93,13 +93,13 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
             by_length: vec![S::ZERO; rows],
             counts,
         };
-        for (lane, (base, data)) in bases.iter().zip(data).enumerate() {
+        for (lane, base) in bases.iter().enumerate() {
             edges.segments.set_lane(lane, number::<S>(base.len() as f64));
             for (j, edge) in base.iter().enumerate() {
                 (0..D).for_each(|c| edges.base[j][c].set_lane(lane, number::<S>(edge[c])));
                 edges.exists[j].set_lane(lane, number::<S>(1.0));
                 let next = if closed { (j + 1) % base.len() } else { j + 1 };
-                edges.free[j].set_lane(lane, number::<S>(if data[next] { 0.0 } else { 1.0 }));
+                edges.free[j].set_lane(lane, number::<S>(free(lane, next)));
             }
             edges.close_free(lane);
         }
@@ -111,17 +111,6 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
     /// The default is that of a curve of size 1.
     pub fn set_torsion_curvature(&mut self, lane: usize, curvature: f64) {
         self.torsion_curvature.set_lane(lane, number::<S>(curvature));
-    }
-
-    /// Sets the factors of differences of lengths in the gauge, for each vertex of a lane.
-    ///
-    /// The factor is 0 at data points.
-    pub fn set_free(&mut self, lane: usize, free: &[f64]) {
-        for j in 0..self.counts[lane] {
-            let next = if self.closed { (j + 1) % self.counts[lane] } else { j + 1 };
-            self.free[j].set_lane(lane, number::<S>(free[next]));
-        }
-        self.close_free(lane);
     }
 
     /// Sets 1/w² of a lane's edges, with w the width of the span that the edge lies in.
@@ -193,8 +182,8 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
     }
 
     /// The number of vertices of each lane's curve.
-    pub fn vertices(&self) -> Vec<usize> {
-        self.counts.iter().map(|count| count + usize::from(!self.closed)).collect()
+    pub fn vertices(&self) -> impl Iterator<Item = usize> {
+        self.counts.iter().map(|count| count + usize::from(!self.closed))
     }
 
     pub fn is_closed(&self) -> bool {

@@ -240,9 +240,8 @@ impl<'a> Evaluating<'a> {
         let count = curves[0].points.len();
         let closed = self.batch.is_closed(curves[0].i) && count > 0;
         let bases: Vec<&[Vector<f64, D>]> = (0..S::LANES).map(|l| &lane(l).base[..]).collect();
-        let none = vec![false; count.max(1)];
-        let data: Vec<&[bool]> = (0..S::LANES).map(|l| self.is_data(lane(l).i).unwrap_or(&none)).collect();
-        let mut edges = Edges::<S, D>::new(closed, &bases, &data);
+        let is_data = |l: usize, v: usize| self.is_data(lane(l).i).is_some_and(|data| data[v]);
+        let mut edges = Edges::<S, D>::new(closed, &bases, |l, v| if is_data(l, v) { 0.0 } else { 1.0 });
         for l in 0..S::LANES {
             edges.set_torsion_curvature(l, lane(l).torsion_curvature);
             edges.set_taut(l, &lane(l).taut);

@@ -139,8 +139,8 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
     /// Storage for the systems of other curves, for energies of the same order.
     pub fn renew(&mut self, edges: &Edges<S, D>, movable: &[S]) {
         let each = self.unknowns_each();
-        let counts: Vec<usize> = edges.vertices().iter().map(|count| count * each).collect();
-        let rows = edges.vertices().into_iter().max().unwrap_or(0);
+        let counts: Vec<usize> = edges.vertices().map(|count| count * each).collect();
+        let rows = edges.vertices().max().unwrap_or(0);
         self.hessian.renew(edges);
         self.damping.resize(rows + COUPLED, [S::ZERO; COUPLED + 1]);
         each!(&mut self.matrix, matrix => matrix.renew(edges.is_closed(), &counts));

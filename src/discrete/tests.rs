@@ -25,14 +25,9 @@ fn evaluate<S: Scalar, const D: usize>(
 ) -> Vec<Found<S::Number>> {
     let bases: Vec<Vec<Vector<f64, D>>> = curves.iter().map(|curve| edges_of(closed, curve)).collect();
     let bases: Vec<&[Vector<f64, D>]> = bases.iter().map(Vec::as_slice).collect();
-    // Every third vertex is a data point.
-    let data: Vec<Vec<bool>> = curves.iter().map(|curve| (0..curve.len()).map(|v| v % 3 == 0).collect()).collect();
-    let data: Vec<&[bool]> = data.iter().map(Vec::as_slice).collect();
-    let mut edges = Edges::<S, D>::new(closed, &bases, &data);
+    // Every third vertex is a data point. In spans of short edges differences count more.
+    let mut edges = Edges::<S, D>::new(closed, &bases, |_, v| [0.0, 1.5, 0.4][v % 3]);
     for (lane, curve) in curves.iter().enumerate() {
-        // In spans of short edges differences count more.
-        let free: Vec<f64> = (0..curve.len()).map(|v| [0.0, 1.5, 0.4][v % 3]).collect();
-        edges.set_free(lane, &free);
         // Beyond every fence: the second derivative of one jumps at its edge.
         let fence = |slope: f64, v: usize| Fence { slope: slope + 0.1 * (v % 3) as f64, reach: 40.0, stiffness: 0.02 };
         let slopes = [0.7, -0.4, 1.1, 0.9, -0.8, 0.6, 0.5];
@@ -233,7 +228,7 @@ fn products_are_those_of_the_full_matrix() {
     for (closed, count) in [(true, 3), (true, 4), (true, 6), (true, 12), (false, 2), (false, 4), (false, 12)] {
         let points = curve::<3>(closed, count, &mut rng);
         let base = edges_of(closed, &points);
-        let mut edges = Edges::<f64, 3>::new(closed, &[&base], &[&vec![false; count]]);
+        let mut edges = Edges::<f64, 3>::new(closed, &[&base], |_, _| 1.0);
         let zero = vec![[0.0; 3]; edges.rows()];
         edges.place(&zero);
         let mut hessian = BlockHessian::new(&edges);

@@ -43,10 +43,10 @@ fn run(energy: &super::super::Energy, batch: &CurveBatch, n: usize, order: usize
         bases.push(base);
     }
     let m = bases[0].len();
-    let data: Vec<bool> = (0..=m).map(|v| v % n == 0).collect();
-    let edges = Edges::<Four, 2>::new(closed, &bases.iter().map(|b| &b[..]).collect::<Vec<_>>(), &[&data[..]; 4]);
+    let free = |_, v: usize| if v % n == 0 { 0.0 } else { 1.0 };
+    let edges = Edges::<Four, 2>::new(closed, &bases.iter().map(|b| &b[..]).collect::<Vec<_>>(), free);
     let mut movable = vec![Four::ONE; edges.rows()];
-    (0..edges.vertices()[0]).step_by(n).for_each(|row| movable[row] = Four::ZERO);
+    (0..edges.vertices().next().unwrap()).step_by(n).for_each(|row| movable[row] = Four::ZERO);
     if closed {
         movable[m] = Four::ZERO;
     }

@@ -63,6 +63,9 @@ impl Limits {
         rows: &[u32],
         pinned: &[(usize, Vector<f64, D>)],
     ) -> Option<usize> {
+        if self.monotone.is_empty() {
+            return None;
+        }
         let spans = spans(rows, points.len());
         let polygon = Polygon { spans: &spans, points, closed: rows.len() > points.len(), vertices: 0, size: 1.0 };
         for (k, span) in spans.iter().enumerate() {

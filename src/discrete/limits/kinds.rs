@@ -56,7 +56,7 @@ impl<const D: usize> LimitKind<D> {
         },
         offset: 1.0,
         steepness: 3,
-        is_asked: |limits, batch| (0..batch.len()).any(|i| limits.bounds_curvature(batch, i)),
+        is_asked: |limits, batch| limits.curvature.is_some() || batch.constraints().largest_curvatures.is_some(),
         slopes: |polygon, limits, batch, i| {
             let column = batch.constraints().largest_curvatures.as_deref();
             let bounds = of_spans(limits.curvature, column, batch, i, polygon.spans);
