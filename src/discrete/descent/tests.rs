@@ -43,7 +43,7 @@ fn run(energy: &super::super::Energy, batch: &CurveBatch, n: usize, order: usize
         bases.push(base);
     }
     let m = bases[0].len();
-    let free = |_, v: usize| if v % n == 0 { 0.0 } else { 1.0 };
+    let free = |_, v: usize| if v.is_multiple_of(n) { 0.0 } else { 1.0 };
     let edges = Edges::<Four, 2>::new(closed, &bases.iter().map(|b| &b[..]).collect::<Vec<_>>(), free);
     let mut movable = vec![Four::ONE; edges.rows()];
     (0..edges.vertices().next().unwrap()).step_by(n).for_each(|row| movable[row] = Four::ZERO);

@@ -30,7 +30,7 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
         (bending(2.0) + tautness(), 2),
         (bending(2.0) + tautness() + attachment(), 2),
         ((bending(2.0) + tautness()).fenced(fenced(vec![curvature.clone(), side])), 2),
-        (bending(2.0).fenced(Fencing { walls: 2, stretch: true, ..fenced(vec![curvature, way]) }), 2),
+        (bending(2.0).fenced(Fencing { walls: 2, stretch: true, ..fenced(vec![curvature.clone(), way]) }), 2),
         (variation().fenced(Fencing { walls: 1, ..fenced(vec![Functional::TorsionSign(Default::default())]) }), 3),
         (variation() + length(), 3),
         (torsion() + bending(2.0) + attachment(), 3),
@@ -58,6 +58,15 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
             let composition = composition.clone().in_surfaces(text.as_deref());
             keys.extend(LANES[..2].iter().map(|&lanes| descent_kernel(&composition, &newton(2), lanes, precision)));
         }
+    }
+    if precision == Precision::F64 {
+        // The toy limit, which is in the list for tests alone, beside the fence of another.
+        let energy = bending(2.0).fenced(fenced(vec![curvature]));
+        let mut composition = Composition::of(&energy, 1, 2, precision).expect("built in");
+        let file = "discrete/energy/toy_limit.wgsl";
+        let own = [("NAME", "toy_limit"), ("EDGES", "1"), ("WEIGHT", "0"), ("FENCE", "0"), ("FILE", file)];
+        composition.definitions.extend(own.map(|(name, value)| (format!("TERM.2.{name}"), value.to_string())));
+        keys.push(descent_kernel(&composition, &newton(2), LANES[0], precision));
     }
     for (energy, order) in forms {
         for dimension in [2, 3] {
