@@ -11,7 +11,7 @@ use super::lane::{Bounds, Lane, TerminationStatus};
 use super::newton::Weights;
 use super::plan::Plan;
 use super::within::Within;
-use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
+use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
 use crate::linalg::{Real, Scalar, operation};
 
 /// The curves of all lanes.
@@ -108,19 +108,33 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         energy
     }
 
-    /// Evaluates the curves as they stand.
+    /// Evaluates the curves that have not been evaluated yet as they stand.
     pub fn begin(&mut self) {
         self.advance(S::ZERO);
         let (energy, _, length) = self.evaluate();
         let mut accepted = S::ZERO;
-        for (l, lane) in
-            self.lanes.iter_mut().enumerate().filter(|(_, lane)| lane.termination == TerminationStatus::Running)
-        {
+        let is_new = |lane: &Lane<S::Number>| lane.termination == TerminationStatus::Running && lane.evaluations == 0;
+        for (l, lane) in self.lanes.iter_mut().enumerate().filter(|(_, lane)| is_new(lane)) {
             if lane.begin(energy.lane(l), length.lane(l)) {
                 accepted.set_lane(l, S::ONE.lane(0));
             }
         }
         self.take(accepted);
+    }
+
+    /// Replaces the curve of a lane by another at its base, for which everything but its edges and weights is the same.
+    pub fn replace(&mut self, l: usize, weights: &[f64], [highest, gauge]: [f64; 2], bounds: &Bounds) {
+        for ((term, _), weight) in self.terms.iter_mut().zip(weights) {
+            term.set_lane(l, number::<S>(*weight));
+        }
+        self.weights.highest.set_lane(l, number::<S>(highest));
+        self.gauge.set_lane(l, number::<S>(gauge));
+        let zero = S::ZERO.lane(0);
+        self.u.iter_mut().chain(&mut self.p).flatten().for_each(|x| x.set_lane(l, zero));
+        self.lanes[l] = Lane::new(self.plan.solver, bounds);
+        if self.plan.order > 2 {
+            self.edges.stand_for_ends();
+        }
     }
 
     /// Moves to x = u + αp, and returns g·p.

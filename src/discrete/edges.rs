@@ -95,15 +95,20 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         };
         for (lane, base) in bases.iter().enumerate() {
             edges.segments.set_lane(lane, number::<S>(base.len() as f64));
-            for (j, edge) in base.iter().enumerate() {
-                (0..D).for_each(|c| edges.base[j][c].set_lane(lane, number::<S>(edge[c])));
-                edges.exists[j].set_lane(lane, number::<S>(1.0));
-                let next = if closed { (j + 1) % base.len() } else { j + 1 };
-                edges.free[j].set_lane(lane, number::<S>(free(lane, next)));
-            }
-            edges.close_free(lane);
+            edges.exists[..base.len()].iter_mut().for_each(|exists| exists.set_lane(lane, number::<S>(1.0)));
+            edges.lay(lane, base, |j| free(lane, j));
         }
         edges
+    }
+
+    /// Lays the edges of a curve into a lane whose curve has as many, with the factor of the gauge at each vertex.
+    pub fn lay(&mut self, lane: usize, base: &[Vector<f64, D>], free: impl Fn(usize) -> f64) {
+        for (j, edge) in base.iter().enumerate() {
+            (0..D).for_each(|c| self.base[j][c].set_lane(lane, number::<S>(edge[c])));
+            let next = if self.closed { (j + 1) % base.len() } else { j + 1 };
+            self.free[j].set_lane(lane, number::<S>(free(next)));
+        }
+        self.close_free(lane);
     }
 
     /// Sets ε of torsion in a lane, a curvature.

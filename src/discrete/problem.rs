@@ -206,6 +206,33 @@ impl<const D: usize> Problem<D> {
         self.base.iter().map(|edge| dot(*edge, *edge).sqrt()).sum()
     }
 
+    /// Whether nothing but its edges and pins makes the curve.
+    fn is_plain(&self) -> bool {
+        self.attached.is_empty()
+            && self.walls.is_empty()
+            && self.fences.iter().all(Vec::is_empty)
+            && self.enclosing.stiffness == 0.0
+            && self.surface.is_none()
+    }
+
+    fn shape(&self) -> Shape<'_> {
+        Shape {
+            closed: self.closed,
+            edges: self.base.len(),
+            is_plain: self.is_plain(),
+            is_attached: !self.attached.is_empty(),
+            has_gauge: self.gauge != 0.0,
+            pinned: &self.pinned,
+        }
+    }
+
+    /// Takes the place of a curve of this shape that has ended.
+    fn take_place<S: Scalar>(&self, descent: &mut Descent<'_, S, D>, l: usize) {
+        descent.edges.lay(l, &self.base, |row| self.free[row]);
+        descent.edges.set_taut(l, &self.taut);
+        descent.replace(l, &self.weights, [self.highest, self.gauge], &self.bounds());
+    }
+
     /// The square of the largest turn of its data points' polygon, as |T′ − T|².
     ///
     /// The sharper the turn, the more iterations: a group ends with its slowest curve. Of rough walks in groups by this
@@ -337,7 +364,7 @@ pub(crate) fn descend_on_cpu<const D: usize>(
     problems: &[&Problem<D>],
     ended: Ended<'_, D>,
 ) -> Vec<Outcome<D>> {
-    let groups = Groups::of(problems);
+    let groups = Groups::of(problems, LANES);
     let descend = |kept: &mut Workspace<D>, k: usize| kept.descend(plan, energy, problems, groups.get(k), ended);
     let found = parallel::map_with(groups.len(), 1, Workspace::default, descend);
     groups.restore(found.into_iter().flatten())
@@ -351,8 +378,19 @@ pub(super) fn descend_here<const D: usize>(
     ended: Ended<'_, D>,
     kept: &mut Workspace<D>,
 ) -> Vec<Outcome<D>> {
-    let groups = Groups::of(problems);
+    let groups = Groups::of(problems, usize::MAX);
     groups.restore((0..groups.len()).flat_map(|k| kept.descend(plan, energy, problems, groups.get(k), ended)))
+}
+
+/// What plain curves have in common that may take each other's place in a lane.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+struct Shape<'a> {
+    closed: bool,
+    edges: usize,
+    is_plain: bool,
+    is_attached: bool,
+    has_gauge: bool,
+    pinned: &'a [u32],
 }
 
 /// Curves by groups that descend side by side.
@@ -363,20 +401,20 @@ struct Groups {
 }
 
 impl Groups {
-    fn of<const D: usize>(problems: &[&Problem<D>]) -> Self {
-        let sharpest: Vec<f64> = problems.iter().map(|problem| problem.sharpest()).collect();
-        let kind = |i: usize| {
-            let Problem { closed, base, attached, pinned, .. } = problems[i];
-            (*closed, base.len(), attached.is_empty(), pinned)
-        };
+    /// Groups of up to as many curves as there are lanes, or up to `most` that are alike.
+    fn of<const D: usize>(problems: &[&Problem<D>], most: usize) -> Self {
+        let keys: Vec<_> = problems.iter().map(|problem| (problem.shape(), problem.sharpest())).collect();
         let order = sort::order(problems.len(), &|i, j| {
-            kind(i).cmp(&kind(j)).then_with(|| sharpest[i].total_cmp(&sharpest[j]))
+            let [(shape, sharpest), (other, other_sharpest)] = [i, j].map(|i| &keys[i]);
+            shape.cmp(other).then_with(|| sharpest.total_cmp(other_sharpest))
         });
         let mut offsets = vec![0];
         for k in 1..order.len() {
             let first = offsets[offsets.len() - 1];
-            let (group, own) = (problems[order[first]], problems[order[k]]);
-            if k - first == LANES || own.base.len() > LONG || !group.suits(own) {
+            let [group, own] = [order[first], order[k]];
+            let is_alike = keys[own].0.is_plain && keys[group].0 == keys[own].0;
+            let room = if is_alike { most } else { LANES };
+            if k - first >= room || problems[own].base.len() > LONG || !problems[group].suits(problems[own]) {
                 offsets.push(k);
             }
         }
@@ -430,39 +468,56 @@ impl<const D: usize> Workspace<D> {
     }
 }
 
-/// Descends up to S::LANES curves that suit each other.
+/// Descends curves that suit each other, up to S::LANES of them, or more that are alike.
 ///
-/// Memory of curves before these is used again.
+/// Where half of the lanes have ended, curves that wait take their places. Memory of curves before these is used again.
 pub(crate) fn descend<S: Scalar, const D: usize>(
     plan: &Plan,
     functionals: &[&Functional],
     members: &[&Problem<D>],
     kept: &mut Option<Newton<S, D>>,
 ) -> Vec<Outcome<D>> {
-    let mut descent = start::<S, D>(plan, functionals, members);
+    let mut in_lanes: Vec<usize> = (0..members.len().min(S::LANES)).collect();
+    let mut waiting = in_lanes.len()..members.len();
+    let mut outcomes: Vec<Option<Outcome<D>>> = members.iter().map(|_| None).collect();
+    let mut descent = start::<S, D>(plan, functionals, &members[..in_lanes.len()]);
     let newton = descent.newton(kept);
     descent.begin();
-    while descent.is_running() {
-        descent.tick(newton);
+    loop {
+        let has_ended =
+            |descent: &Descent<'_, S, D>, l: &usize| descent.lanes[*l].termination != TerminationStatus::Running;
+        let ended: Vec<usize> = (0..in_lanes.len()).filter(|l| has_ended(&descent, l)).collect();
+        if !descent.is_running() || (!waiting.is_empty() && 2 * ended.len() >= S::LANES) {
+            let energy = descent.energy_without_gauge();
+            let is_last = waiting.is_empty();
+            for l in ended {
+                outcomes[in_lanes[l]].get_or_insert_with(|| outcome(&descent, l, energy));
+                if let Some(next) = waiting.next() {
+                    in_lanes[l] = next;
+                    members[next].take_place(&mut descent, l);
+                }
+            }
+            if is_last {
+                return outcomes.into_iter().map(|outcome| outcome.expect("every curve has ended")).collect();
+            }
+            descent.begin();
+        } else {
+            descent.tick(newton);
+        }
     }
-    outcomes(&mut descent, members.len())
 }
 
-fn outcomes<S: Scalar, const D: usize>(descent: &mut Descent<'_, S, D>, count: usize) -> Vec<Outcome<D>> {
-    let energy = descent.energy_without_gauge();
-    let outcome = |l: usize| {
-        let lane = &descent.lanes[l];
-        Outcome {
-            displacements: descent.displacements(l),
-            termination: lane.termination,
-            energy: energy.lane(l).to_f64(),
-            norm: lane.norm2.to_f64().sqrt(),
-            iterations: lane.iterations,
-            evaluations: lane.evaluations,
-            on_cpu: true,
-        }
-    };
-    (0..count).map(outcome).collect()
+fn outcome<S: Scalar, const D: usize>(descent: &Descent<'_, S, D>, l: usize, energy: S) -> Outcome<D> {
+    let lane = &descent.lanes[l];
+    Outcome {
+        displacements: descent.displacements(l),
+        termination: lane.termination,
+        energy: energy.lane(l).to_f64(),
+        norm: lane.norm2.to_f64().sqrt(),
+        iterations: lane.iterations,
+        evaluations: lane.evaluations,
+        on_cpu: true,
+    }
 }
 
 /// A number of every curve, in its lane.
