@@ -4,7 +4,7 @@ use std::sync::{Arc, LazyLock};
 
 /// The parameters of all points: given, or computed when they are first asked for.
 ///
-/// Samples at known steps have such: few who take samples ask for their parameters, which are as many bytes as a coordinate.
+/// Parameters of samples are computed: few who take samples ask for them, and they are a third of the bytes.
 #[derive(Clone, Debug)]
 pub(crate) struct Parameters(Arc<LazyLock<Arc<Vec<f64>>, Compute>>);
 

@@ -32,7 +32,7 @@ pub(crate) struct Vertices {
     ///
     /// A closed curve has one more, the row after its last.
     pub rows: Vec<u32>,
-    /// What few curves have.
+    /// `None` for most curves.
     pub tangents: Option<Box<Tangents>>,
 }
 
@@ -49,7 +49,7 @@ pub(crate) struct Tangents {
     pub frames: Vec<Frame>,
 }
 
-/// Those of most curves.
+/// Nothing is known so of most curves.
 static FROM_VERTICES: Tangents = Tangents { corners: Vec::new(), given: Vec::new(), frames: Vec::new() };
 
 impl Tangents {
@@ -76,7 +76,7 @@ impl Given {
 }
 
 impl Vertices {
-    /// Those of a curve, one at the ends of short edges.
+    /// The vertices of a curve, one at the ends of short edges.
     pub fn of<const D: usize>(ready: &PreparedCurve<D>, vertices: Vec<Vector<f64, D>>) -> Self {
         if ready.given.is_empty() {
             return Vertices { coords: vertices.into_flattened(), rows: ready.rows.clone(), tangents: None };
@@ -530,7 +530,7 @@ impl FairCurves {
         let inputs = sort::map(unfitted.map(|i| (i, Input::of(batch, i))));
         let known = curves.iter_mut().enumerate();
         let tangents = sort::map(known.filter_map(|(i, own)| Some((i, *own.as_mut()?.tangents.take()?))));
-        // What the threads allocated they free, and not one of them for all.
+        // All threads free what all have allocated.
         parallel::each(&mut curves, |own| *own = None);
         FairCurves {
             dimension: batch.dimension(),

@@ -233,10 +233,9 @@ impl<const D: usize> Problem<D> {
         descent.replace(l, &self.weights, [self.highest, self.gauge], &self.bounds());
     }
 
-    /// The square of the largest turn of its data points' polygon, as |T′ − T|².
+    /// The largest turn of its data points' polygon, as |T′ − T|².
     ///
-    /// The sharper the turn, the more iterations: a group ends with its slowest curve. Of rough walks in groups by this
-    /// number lanes idle for a fifth of the time, and in the order of the batch for a third.
+    /// It tells iterations best of six numbers tried. Curves side by side that take as many leave no lane idle.
     fn sharpest(&self) -> f64 {
         let chord = |from: u32, to: u32| {
             let chord = self.base[from as usize..to as usize].iter().fold([0.0; D], |sum, edge| add(sum, *edge));
@@ -382,7 +381,7 @@ pub(super) fn descend_here<const D: usize>(
     groups.restore((0..groups.len()).flat_map(|k| kept.descend(plan, energy, problems, groups.get(k), ended)))
 }
 
-/// What plain curves have in common that may take each other's place in a lane.
+/// What curves have in common that may take each other's place in a lane, if they are plain.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
 struct Shape<'a> {
     closed: bool,
@@ -401,7 +400,7 @@ struct Groups {
 }
 
 impl Groups {
-    /// Groups of up to as many curves as there are lanes, or up to `most` that are alike.
+    /// Groups of as many curves as there are lanes at most, or of `most` that may take each other's place.
     fn of<const D: usize>(problems: &[&Problem<D>], most: usize) -> Self {
         let keys: Vec<_> = problems.iter().map(|problem| (problem.shape(), problem.sharpest())).collect();
         let order = sort::order(problems.len(), &|i, j| {

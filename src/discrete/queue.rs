@@ -6,8 +6,8 @@
 //!
 //! A strategy (continuation, restarts, multipliers, …) is an `async fn` for one curve, a state machine that the compiler
 //! writes. Only the queue knows that there are many. It polls every curve until it asks for a descent or is done, descends
-//! what is asked for side by side, and hands the outcomes back. A GPU has all curves side by side. On the CPU each thread takes
-//! [`Part`]s of them, from the first poll to the end, so that no thread waits for others, and memory stays with its thread.
+//! what is asked for side by side, and hands the outcomes back. A GPU has all curves side by side. On the CPU a thread takes a
+//! [part](Parts) of them from the first poll to the end: no thread waits for others, and memory stays with its thread.
 
 use std::collections::BTreeMap;
 use std::future::{Future, poll_fn};
@@ -35,10 +35,10 @@ use crate::sort;
 /// Curves under way at most on a GPU. Others start as these end.
 const MOST_UNDER_WAY: usize = 1 << 20;
 
-/// Curves at most that a thread of the CPU takes at a time. More leave its caches.
+/// The most curves of a part.
 const MOST_AT_A_TIME: usize = 256;
 
-/// Parts for each thread of the CPU, where there are enough curves to fill lanes.
+/// The parts for each thread of the CPU, where there are enough curves to fill lanes.
 const PARTS: usize = 8;
 
 /// What a descent minimises.
@@ -284,9 +284,11 @@ impl<'a> Queue<'a> {
     }
 }
 
-/// A strategy under way: its place among those side by side, its desk, and what is left of it.
+/// A strategy under way.
 struct Running<'t, T> {
+    /// Its place in its part.
     place: usize,
+    /// Its desk.
     k: usize,
     task: Task<'t, T>,
 }
@@ -298,7 +300,7 @@ impl<T> Running<'_, T> {
     }
 }
 
-/// Curves in parts, each for a thread from the first poll to the end. Curves of similar sizes are in one part.
+/// The curves of a fit in parts, each for one thread. Curves of similar sizes are in one part.
 struct Parts {
     order: Vec<usize>,
     /// Where each part begins in the order, and where the last ends.

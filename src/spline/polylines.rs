@@ -239,14 +239,14 @@ impl SampleParameters {
         }
     }
 
-    /// Those of all curves.
+    /// The parameters of all curves' samples.
     fn all(&self) -> Vec<f64> {
         let (mut t, fractions) = (vec![0.0; self.offsets[self.knots.len()]], self.fractions());
         parallel::parts(&mut t, &self.offsets, |i, t| self.write(i, &fractions, t));
         t
     }
 
-    /// Those of a curve.
+    /// The parameters of a curve's samples.
     fn curve(&self, i: usize, fractions: &Fractions) -> Vec<f64> {
         let mut t = vec![0.0; self.offsets[i + 1] - self.offsets[i]];
         self.write(i, fractions, &mut t);
