@@ -33,3 +33,16 @@ impl From<Vec<f64>> for Parameters {
         Parameters::later(|| parameters)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parameters_are_computed_once_and_shared_by_clones() {
+        let later = Parameters::later(|| vec![0.5, 1.5]);
+        let clone = later.clone();
+        assert_eq!(**later.get(), [0.5, 1.5]);
+        assert!(Arc::ptr_eq(later.get(), clone.get()));
+    }
+}
