@@ -126,8 +126,7 @@ impl<S: Scalar, const B: usize> Banded<S, B> {
                 }
                 let j = i - k - 1;
                 u[k] = self.band[i][k];
-                // What was computed last comes last, here and in `solve`: other terms need not wait for it.
-                for m in (k + 1..B).rev() {
+                for m in k + 1..B {
                     u[k] -= u[m] * self.band[j][m - k - 1];
                 }
                 let l = u[k] * self.diagonal[j];
@@ -302,7 +301,7 @@ impl<S: Scalar, const B: usize> Banded<S, B> {
         }
         for i in first..self.most {
             let mut here = x[i];
-            for k in (0..B).rev() {
+            for k in 0..B {
                 if i > first + k {
                     here = subtract(here, scale(self.band[i][k], x[i - k - 1]));
                 }
@@ -320,7 +319,7 @@ impl<S: Scalar, const B: usize> Banded<S, B> {
         }
         for i in (first..self.most).rev() {
             let mut here = scale(self.diagonal[i], x[i]);
-            for k in (0..B).rev() {
+            for k in 0..B {
                 let after = i + k + 1;
                 if after < self.most {
                     here = subtract(here, scale(self.band[after][k], x[after]));
