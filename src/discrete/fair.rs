@@ -31,11 +31,14 @@ impl Segments {
     /// They take some 2 GB while they are fitted.
     pub const MOST_VERTICES: usize = 5_000_000;
 
-    /// The edges of the chords of a curve, less than those of the curve itself.
+    /// About how many edges a curve gets, by its chords. Chords of any length have a number.
     pub(super) fn edges(self, batch: &CurveBatch, i: usize) -> usize {
+        let most = Self::MOST_VERTICES;
         match self {
-            Segments::PerSpan(n) => n * batch.spans(i),
-            Segments::Spacing(spacing) => batch.chords(i).map(|chord| (chord / spacing).ceil() as usize).sum(),
+            Segments::PerSpan(n) => n.min(most) * batch.spans(i),
+            Segments::Spacing(spacing) => {
+                batch.chords(i).map(|chord| (chord / spacing).ceil().min(most as f64) as usize).sum()
+            }
         }
     }
 }
