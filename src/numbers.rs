@@ -100,8 +100,30 @@ mod pages {
     /// The most bytes that are kept.
     const MOST_KEPT: usize = 256 << 20;
 
+    static KEPT: Mutex<Kept> = Mutex::new(Kept(Vec::new()));
+
     /// Memory that was given back, the oldest first.
-    static KEPT: Mutex<Vec<MmapMut>> = Mutex::new(Vec::new());
+    struct Kept(Vec<MmapMut>);
+
+    impl Kept {
+        /// Takes memory of this many bytes at least, and of twice as many at most.
+        fn take(&mut self, bytes: usize) -> Option<MmapMut> {
+            let k = self.0.iter().position(|own| (bytes..=2 * bytes).contains(&own.len()))?;
+            Some(self.0.remove(k))
+        }
+
+        /// Keeps memory, and lets the oldest go that is too much with it.
+        fn give(&mut self, memory: MmapMut) {
+            self.0.push(memory);
+            while self.bytes() > MOST_KEPT {
+                self.0.remove(0);
+            }
+        }
+
+        fn bytes(&self) -> usize {
+            self.0.iter().map(|own| own.len()).sum()
+        }
+    }
 
     /// Memory of at least n numbers.
     #[derive(Debug)]
@@ -117,17 +139,13 @@ mod pages {
                 return None;
             }
             let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
-            let fits = |own: &MmapMut| (8 * n..=16 * n).contains(&own.len());
-            let memory = match kept.iter().position(fits) {
-                Some(k) => kept.remove(k),
-                None => {
-                    let memory = MmapMut::map_anon(8 * n).ok()?;
-                    // Where there are no huge pages small ones do.
-                    let _ = memory.advise(Advice::HugePage);
-                    memory
-                }
-            };
-            Some(Pages { memory: Some(memory), n })
+            let memory = kept.take(8 * n).or_else(|| {
+                let memory = MmapMut::map_anon(8 * n).ok()?;
+                // Where there are no huge pages small ones do.
+                let _ = memory.advise(Advice::HugePage);
+                Some(memory)
+            });
+            Some(Pages { memory: Some(memory?), n })
         }
 
         fn memory(&self) -> &MmapMut {
@@ -152,12 +170,28 @@ mod pages {
 
     impl Drop for Pages {
         fn drop(&mut self) {
-            let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
-            kept.extend(self.memory.take());
-            let mut bytes: usize = kept.iter().map(|own| own.len()).sum();
-            while bytes > MOST_KEPT {
-                bytes -= kept.remove(0).len();
-            }
+            let memory = self.memory.take().expect("pages have memory until they are dropped");
+            KEPT.lock().unwrap_or_else(PoisonError::into_inner).give(memory);
+        }
+    }
+
+    #[cfg(test)]
+    mod tests {
+        use super::*;
+
+        #[test]
+        fn memory_is_taken_again_and_the_oldest_goes_where_it_is_too_much() {
+            let memory = |mib: usize| MmapMut::map_anon(mib << 20).unwrap();
+            let mut kept = Kept(vec![]);
+            let mut own = memory(8);
+            own[5] = 7;
+            kept.give(own);
+            assert!(kept.take(9 << 20).is_none() && kept.take(3 << 20).is_none());
+            assert_eq!(kept.take(5 << 20).map(|own| (own.len(), own[5])), Some((8 << 20, 7)));
+            [100, 90, 60, 20].into_iter().for_each(|mib| kept.give(memory(mib)));
+            assert_eq!(kept.bytes(), 170 << 20, "the oldest has gone");
+            kept.give(memory(300));
+            assert_eq!(kept.bytes(), 0, "more than may be kept");
         }
     }
 }
@@ -168,6 +202,7 @@ mod tests {
 
     #[test]
     fn few_and_many_numbers_are_the_same_to_who_uses_them() {
+        // As many as lie in pages, where there are any.
         let many = 4 << 20 >> 3;
         for n in [0, 1, many - 1, many, many + 7, many] {
             let mut numbers = Numbers::room(n);

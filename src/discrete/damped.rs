@@ -12,7 +12,7 @@ use crate::linalg::{Scalar, operation};
 impl<S: Scalar, const D: usize> Descent<'_, S, D> {
     /// Storage for the systems of [`tick`](Self::tick).
     ///
-    /// What other curves have left in `limits_result` is used again.
+    /// What other curves have left in `kept` is used again.
     pub(super) fn newton<'n>(&self, kept: &'n mut Option<Newton<S, D>>) -> &'n mut Newton<S, D> {
         let (plan, in_surfaces) = (self.plan, self.within.is_some());
         match kept.take().filter(|kept| kept.is_for(plan, in_surfaces)) {

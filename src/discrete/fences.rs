@@ -198,7 +198,7 @@ impl<const D: usize> Problem<D> {
             (Functional::GeodesicMaxCurvature(_), Some(surface)) => {
                 let [(before, s), (after, t), _] = edges;
                 let (turn, normal) = (subtract(after, before), surface.normal(self.places[row]));
-                // The geodesic curvature is that of the part in the tangent plane.
+                // Of the turn only the part in the tangent plane is geodesic.
                 let turn = subtract(turn, scale(dot(turn, normal), normal));
                 2.0 * dot(turn, turn).sqrt() / (s + t)
             }

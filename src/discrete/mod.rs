@@ -81,6 +81,7 @@ mod fallback;
 mod fences;
 mod fit;
 mod flat;
+mod groups;
 mod hessian;
 mod lane;
 mod limited;

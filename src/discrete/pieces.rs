@@ -109,7 +109,7 @@ fn fit_all<const D: usize>(
     let n = batch.len();
     let (mut curves, mut reports) = (Vec::with_capacity(n), Vec::with_capacity(n));
     let (mut on_cpu, mut starts) = (Vec::with_capacity(n), Vec::new());
-    for own in queue.run(&desks, &size, strategy)? {
+    for own in queue.run(&desks, size, strategy)? {
         let (report, vertices) = own.found;
         curves.push(vertices);
         reports.push(report);
@@ -128,7 +128,7 @@ fn fit_all<const D: usize>(
                 Box::pin(fit_again(curve, start, separating.of(i)))
             };
             let mut all = Vec::new();
-            for (i, found, own) in queue.run(&desks, &|k| size(again[k].0), strategy)? {
+            for (i, found, own) in queue.run(&desks, |k| size(again[k].0), strategy)? {
                 on_cpu[i] = own;
                 all.push(found);
             }

@@ -8,6 +8,7 @@ use super::descent::Descent;
 use super::edges::Edges;
 use super::enclosed::Enclosing;
 use super::energy::{Energy, FENCE_KINDS, Fence, Functional, Hold, MOST_EDGES, Wall};
+use super::groups::Groups;
 use super::lane::{Bounds, TerminationStatus};
 use super::newton::{Newton, Weights};
 use super::plan::{Plan, Solver};
@@ -363,7 +364,7 @@ pub(crate) fn descend_on_cpu<const D: usize>(
     problems: &[&Problem<D>],
     ended: Ended<'_, D>,
 ) -> Vec<Outcome<D>> {
-    let groups = Groups::of(problems, LANES);
+    let groups = groups(problems, LANES);
     let descend = |kept: &mut Workspace<D>, k: usize| kept.descend(plan, energy, problems, groups.get(k), ended);
     let found = parallel::map_with(groups.len(), 1, Workspace::default, descend);
     groups.restore(found.into_iter().flatten())
@@ -377,7 +378,7 @@ pub(super) fn descend_here<const D: usize>(
     ended: Ended<'_, D>,
     kept: &mut Workspace<D>,
 ) -> Vec<Outcome<D>> {
-    let groups = Groups::of(problems, usize::MAX);
+    let groups = groups(problems, usize::MAX);
     groups.restore((0..groups.len()).flat_map(|k| kept.descend(plan, energy, problems, groups.get(k), ended)))
 }
 
@@ -392,49 +393,18 @@ struct Shape<'a> {
     pinned: &'a [u32],
 }
 
-/// Curves by groups that descend side by side.
-struct Groups {
-    order: Vec<usize>,
-    /// Where each group begins in the order, and where the last ends.
-    offsets: Vec<usize>,
-}
-
-impl Groups {
-    /// Groups of as many curves as there are lanes at most, or of `most` that may take each other's place.
-    fn of<const D: usize>(problems: &[&Problem<D>], most: usize) -> Self {
-        let keys: Vec<_> = problems.iter().map(|problem| (problem.shape(), problem.sharpest())).collect();
-        let order = sort::order(problems.len(), &|i, j| {
-            let [(shape, sharpest), (other, other_sharpest)] = [i, j].map(|i| &keys[i]);
-            shape.cmp(other).then_with(|| sharpest.total_cmp(other_sharpest))
-        });
-        let mut offsets = vec![0];
-        for k in 1..order.len() {
-            let first = offsets[offsets.len() - 1];
-            let [group, own] = [order[first], order[k]];
-            let is_alike = keys[own].0.is_plain && keys[group].0 == keys[own].0;
-            let room = if is_alike { most } else { LANES };
-            if k - first >= room || problems[own].base.len() > LONG || !problems[group].suits(problems[own]) {
-                offsets.push(k);
-            }
-        }
-        offsets.extend((!order.is_empty()).then_some(order.len()));
-        Groups { order, offsets }
-    }
-
-    fn len(&self) -> usize {
-        self.offsets.len() - 1
-    }
-
-    fn get(&self, k: usize) -> &[usize] {
-        &self.order[self.offsets[k]..self.offsets[k + 1]]
-    }
-
-    /// What was found in the order of the groups, in that of the curves.
-    fn restore<T>(&self, found: impl Iterator<Item = T>) -> Vec<T> {
-        let mut all: Vec<Option<T>> = self.order.iter().map(|_| None).collect();
-        self.order.iter().zip(found).for_each(|(&i, found)| all[i] = Some(found));
-        all.into_iter().map(|found| found.expect("every curve is in one group")).collect()
-    }
+/// Groups of as many curves as there are lanes at most, or of `most` that may take each other's place.
+fn groups<const D: usize>(problems: &[&Problem<D>], most: usize) -> Groups {
+    let keys: Vec<_> = problems.iter().map(|problem| (problem.shape(), problem.sharpest())).collect();
+    let order = sort::order(problems.len(), &|i, j| {
+        let [(shape, sharpest), (other, other_sharpest)] = [i, j].map(|i| &keys[i]);
+        shape.cmp(other).then_with(|| sharpest.total_cmp(other_sharpest))
+    });
+    Groups::of(order, |group, next| {
+        let is_alike = keys[next].0.is_plain && keys[group[0]].0 == keys[next].0;
+        let room = if is_alike { most } else { LANES };
+        group.len() >= room || problems[next].base.len() > LONG || !problems[group[0]].suits(problems[next])
+    })
 }
 
 /// Memory of descents, which those after them use again.

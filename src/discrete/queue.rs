@@ -7,7 +7,7 @@
 //! A strategy (continuation, restarts, multipliers, …) is an `async fn` for one curve, a state machine that the compiler
 //! writes. Only the queue knows that there are many. It polls every curve until it asks for a descent or is done, descends
 //! what is asked for side by side, and hands the outcomes back. A GPU has all curves side by side. On the CPU a thread takes a
-//! [part](Parts) of them from the first poll to the end: no thread waits for others, and memory stays with its thread.
+//! [part](parts) of them from the first poll to the end: no thread waits for others, and memory stays with its thread.
 
 use std::collections::BTreeMap;
 use std::future::{Future, poll_fn};
@@ -19,6 +19,7 @@ use super::curve_limits::fencing;
 use super::descent_gpu::descend_on_gpu;
 use super::energy::Energy;
 use super::fair::{Fair, Segments};
+use super::groups::Groups;
 use super::plan::{Plan, Solver};
 use super::problem::{LANES, Outcome, Problem, Workspace, descend_here, descend_on_cpu};
 use super::separation::SeparatingHalfPlanes;
@@ -204,40 +205,38 @@ impl<'a> Queue<'a> {
     ///
     /// # Errors
     /// Errors of submissions to a GPU.
-    pub fn run<'t, T: Send, S: Fn(usize) -> Task<'t, T> + Sync, const D: usize>(
+    pub fn run<'t, T: Send, const D: usize>(
         &self,
         desks: &[Desk<D>],
-        size: &dyn Fn(usize) -> usize,
-        strategy: S,
-    ) -> Result<impl Iterator<Item = T> + use<'t, T, S, D>> {
-        let (n, all_threads) = (desks.len(), self.free.gpu.is_some());
-        let parts = if all_threads { Parts::whole(n) } else { Parts::of(n, size) };
-        let mut found: Vec<Vec<Option<T>>> = if all_threads {
-            vec![self.run_part(desks, parts.curves(0), &strategy, None)?]
-        } else {
-            let run = |kept: &mut Workspace<D>, p: usize| self.run_part(desks, parts.curves(p), &strategy, Some(kept));
-            parallel::map_with(parts.len(), 1, Workspace::default, run).into_iter().collect::<Result<_>>()?
-        };
-        let places = parts.places();
-        Ok((0..n).map(move |k| found[places[k].0][places[k].1].take().expect("every curve ends")))
+        size: impl Fn(usize) -> usize,
+        strategy: impl Fn(usize) -> Task<'t, T> + Sync,
+    ) -> Result<Vec<T>> {
+        if self.free.gpu.is_some() {
+            let all: Vec<usize> = (0..desks.len()).collect();
+            return self.run_part(desks, &all, &strategy, None);
+        }
+        let parts = parts(&(0..desks.len()).map(size).collect::<Vec<_>>());
+        let run = |kept: &mut Workspace<D>, p: usize| self.run_part(desks, parts.get(p), &strategy, Some(kept));
+        let found = parallel::map_with(parts.len(), 1, Workspace::default, run);
+        Ok(parts.restore(found.into_iter().collect::<Result<Vec<_>>>()?.into_iter().flatten()))
     }
 
     /// Runs some strategies side by side: on this thread with the memory that it keeps, or on all threads or the GPU.
     fn run_part<'t, T: Send, const D: usize>(
         &self,
         desks: &[Desk<D>],
-        curves: impl ExactSizeIterator<Item = usize>,
+        curves: &[usize],
         strategy: &impl Fn(usize) -> Task<'t, T>,
         mut kept: Option<&mut Workspace<D>>,
-    ) -> Result<Vec<Option<T>>> {
-        let mut done: Vec<Option<T>> = (0..curves.len()).map(|_| None).collect();
-        let mut others = curves.enumerate();
+    ) -> Result<Vec<T>> {
+        let mut done: Vec<Option<T>> = curves.iter().map(|_| None).collect();
+        let mut others = curves.iter().enumerate();
         let mut running: Vec<Running<'t, T>> = Vec::new();
         loop {
             let next = others.by_ref().take(MOST_UNDER_WAY - running.len());
-            running.extend(next.map(|(place, k)| Running { place, k, task: strategy(k) }));
+            running.extend(next.map(|(place, &k)| Running { place, k, task: strategy(k) }));
             if running.is_empty() {
-                return Ok(done);
+                return Ok(done.into_iter().map(|done| done.expect("every curve ends")).collect());
             }
             let all = std::mem::take(&mut running);
             let polled = match kept {
@@ -300,51 +299,17 @@ impl<T> Running<'_, T> {
     }
 }
 
-/// The curves of a fit in parts, each for one thread. Curves of similar sizes are in one part.
-struct Parts {
-    order: Vec<usize>,
-    /// Where each part begins in the order, and where the last ends.
-    offsets: Vec<usize>,
-}
-
-impl Parts {
-    /// All curves in one part.
-    fn whole(n: usize) -> Self {
-        Parts { order: (0..n).collect(), offsets: vec![0, n] }
-    }
-
-    fn of(n: usize, size: &dyn Fn(usize) -> usize) -> Self {
-        let sizes: Vec<usize> = (0..n).map(size).collect();
-        let order = sort::order(n, &|i, j| sizes[i].cmp(&sizes[j]));
-        let enough = sizes.iter().sum::<usize>() / (PARTS * parallel::threads());
-        let (mut offsets, mut sum) = (vec![0], 0);
-        for (k, &i) in order.iter().enumerate() {
-            sum += sizes[i];
-            let count = k + 1 - offsets[offsets.len() - 1];
-            if k + 1 == n || count == MOST_AT_A_TIME || (count >= LANES && sum >= enough) {
-                offsets.push(k + 1);
-                sum = 0;
-            }
-        }
-        Parts { order, offsets }
-    }
-
-    fn len(&self) -> usize {
-        self.offsets.len() - 1
-    }
-
-    fn curves(&self, part: usize) -> impl ExactSizeIterator<Item = usize> {
-        self.order[self.offsets[part]..self.offsets[part + 1]].iter().copied()
-    }
-
-    /// The part of every curve, and its place there.
-    fn places(&self) -> Vec<(usize, usize)> {
-        let mut places = vec![(0, 0); self.order.len()];
-        for part in 0..self.len() {
-            self.curves(part).enumerate().for_each(|(place, k)| places[k] = (part, place));
-        }
-        places
-    }
+/// The curves of these sizes in parts, each for one thread. Curves of similar sizes are in one part.
+fn parts(sizes: &[usize]) -> Groups {
+    let order = sort::order(sizes.len(), &|i, j| sizes[i].cmp(&sizes[j]));
+    let enough = sizes.iter().sum::<usize>() / (PARTS * parallel::threads());
+    let mut sum = 0;
+    Groups::of(order, |part, _| {
+        sum += sizes[part[part.len() - 1]];
+        let is_full = part.len() == MOST_AT_A_TIME || (part.len() >= LANES && sum >= enough);
+        sum = if is_full { 0 } else { sum };
+        is_full
+    })
 }
 
 impl<'a> Descender<'a> {

@@ -1,6 +1,6 @@
 //! Further starts find cheaper minima, and never dearer ones.
 
-use faircurve::discrete::{Fair, Limits, Pins, attachment, bending, length, variation};
+use faircurve::discrete::{Fair, Limits, Pins, attachment, bending, length, tautness, variation};
 use faircurve::{Constraints, CurveBatch, CurveStatus, Deviation, Device, Fit, Sampling};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -79,6 +79,29 @@ fn a_curve_has_the_same_bits_alone_and_in_any_order() {
     let energies =
         |fair: &Fair| descended(fair, &batch(&curves, false)).reports().iter().map(|r| r.energy).sum::<f64>();
     assert_ne!(energies(&fair), energies(&other), "another seed, other starts");
+}
+
+#[test]
+fn a_curve_has_the_same_bits_alone_and_in_a_crowd() {
+    // As many that others take their places in the lanes of a thread.
+    let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let energies = [bending(2.0) + tautness(), bending(3.0) + length(), variation() + length(), length()];
+    for (energy, count) in energies.into_iter().zip([200, 120, 80, 80]) {
+        for closed in [false, true] {
+            let what = format!("{energy}, closed {closed}");
+            let fair = Fair { energy: energy.clone(), ..Fair::default() };
+            let curves = rough::<2>(count, 1.0, 93);
+            let fit = || fair.fit_sampled(&batch(&curves, closed), Sampling::PerSpan(16), &Device::cpu()).unwrap();
+            let ((fit, samples), many_threads) = (one_thread.install(fit), fit().1);
+            assert_eq!(samples.coords(), many_threads.coords(), "{what}");
+            for (i, curve) in curves.iter().enumerate() {
+                let alone = batch(std::slice::from_ref(curve), closed);
+                let (own, alone) = fair.fit_sampled(&alone, Sampling::PerSpan(16), &Device::cpu()).unwrap();
+                assert_eq!(samples.points(i), alone.points(0), "{what}, {i}");
+                assert_eq!(fit.reports()[i].iterations, own.reports()[0].iterations, "{what}, {i}");
+            }
+        }
+    }
 }
 
 #[test]
