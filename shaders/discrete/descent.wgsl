@@ -65,7 +65,7 @@ const GIVEN_LONGEST: u32 = 2u;
 @group(0) @binding(2) var<storage, read> curves: array<DescentCurve>;
 // A row: the edge of the base from the vertex on, 1 where the vertex at its end is no data point, 1
 // where the vertex may move; with ATTACHMENT its data point's displacement and what holds it; with TAUT 1/w² of
-// the edge; the fences of the vertex at its end, and the walls of the vertex; with SURFACE where it lies.
+// the edge; the penalties of the vertex at its end, and the region penalties of the vertex; with SURFACE where it lies.
 @group(0) @binding(3) var<storage, read> fixed: array<real>;
 @group(0) @binding(4) var<storage, read_write> states: array<DescentState>;
 @group(0) @binding(5) var<storage, read_write> lanes: array<real>;
@@ -118,7 +118,7 @@ fn load_weight(curve: Curve, index: u32) -> real {
 //:include damping.wgsl
 
 //:include discrete/descent/trial.wgsl
-//:include discrete/edges.wgsl SWEEP=sweep EDGE=load_edge OFFSET=load_offset HOLD=load_hold PLACE=trial DERIVATIVES=1 STORE=store_gradient DIRECTION=load_edge_direction DIRECTION_AT=load_direction STORE_PUSH=store_push
+//:include discrete/edges.wgsl SWEEP=sweep EDGE=load_edge OFFSET=load_offset HOLD=load_anchor PLACE=trial DERIVATIVES=1 STORE=store_gradient DIRECTION=load_edge_direction DIRECTION_AT=load_direction STORE_PUSH=store_push
 //:include discrete/lane.wgsl
 
 //:if SURFACE_WGSL
@@ -170,7 +170,7 @@ fn has_run_away(lane: ptr<function, Lane>, curve: Curve) -> bool {
 
 // What is said of a trial: its energies, and the slope there.
 fn verdict_on(lane: ptr<function, Lane>, curve: Curve, swept: Swept) -> u32 {
-    let energy = swept.energy + swept.gauge;
+    let energy = swept.energy + swept.regularisation;
     (*lane).evaluations += 1u;
     var verdict = VERDICT_ACCEPT;
     if ((*lane).termination == TERMINATION_STATUS_START) {

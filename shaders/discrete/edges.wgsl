@@ -8,13 +8,13 @@
 //     SWEEP       the function's name
 //     EDGE        fn(curve: Curve, j: u32) -> vector: edge j, 0 ≤ j < segments
 //     OFFSET      with ATTACHMENT: fn(curve: Curve, v: u32) -> vector: f − p at vertex v
-//     HOLD        with ATTACHMENT: fn(curve: Curve, v: u32) -> Hold: what holds vertex v, nothing where there is no data point
+//     HOLD        with ATTACHMENT: fn(curve: Curve, v: u32) -> Anchor: what holds vertex v, nothing where there is no data point
 //     DERIVATIVES with STORE or DIRECTION
 //     STORE       if gradients are wanted: fn(curve: Curve, v: u32, gradient: vector), called for every vertex once, in order
 //     DIRECTION   if the slope Σ g·p is wanted: fn(curve: Curve, j: u32) -> vector: p at the end of edge j less p at its start
-//     PLACE       with WALLS or SURFACE: fn(curve: Curve, v: u32) -> vector: the displacement of vertex v
+//     PLACE       with REGIONS or SURFACE: fn(curve: Curve, v: u32) -> vector: the displacement of vertex v
 //     STORE_PUSH  with SURFACE: fn(curve: Curve, v: u32, push: real): n·g of vertex v, of which the gradient keeps nothing
-//     DIRECTION_AT with DIRECTION, and ATTACHMENT, WALLS or SURFACE: fn(curve: Curve, v: u32) -> vector: p at vertex v
+//     DIRECTION_AT with DIRECTION, and ATTACHMENT, REGIONS or SURFACE: fn(curve: Curve, v: u32) -> vector: p at vertex v
 
 fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
     var swept = Swept();
@@ -71,29 +71,29 @@ fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
         t$k = t$(k+1) + p.t$(k+1);
         s$k = s$(k+1) + p.s$(k+1);
 //:end
-        let value = vec2<real>(p.value, p.gauge);
+        let value = vec2<real>(p.value, p.regularisation);
 //:else
         let value = window_value(w, weights, edges);
 //:end
         if (is_own) {
             swept.energy += value.x;
-            swept.gauge += value.y;
+            swept.regularisation += value.y;
 //:if ATTACHMENT
             let offset = $OFFSET(curve, u32(j));
-            let hold = $HOLD(curve, u32(j));
-            swept.energy += weights.attachment * hold_value(hold, offset);
+            let anchor = $HOLD(curve, u32(j));
+            swept.energy += weights.attachment * anchor_value(hold, offset);
 //:end
-//:if WALLS
+//:if REGIONS
             let place = $PLACE(curve, u32(j));
-            swept.energy += walls_value(curve, u32(j), place);
+            swept.energy += regions_value(curve, u32(j), place);
 //:end
 //:if STORE
             var gradient = previous - by_edge;
 //:if ATTACHMENT
-            gradient += weights.attachment * hold_gradient(hold, offset);
+            gradient += weights.attachment * anchor_gradient(hold, offset);
 //:end
-//:if WALLS
-            gradient += walls_gradient(curve, u32(j), place);
+//:if REGIONS
+            gradient += regions_gradient(curve, u32(j), place);
 //:end
 //:if SURFACE
             gradient += pull;
@@ -111,11 +111,11 @@ fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
                 swept.slope += dot(by_edge, $DIRECTION(curve, u32(j)));
             }
 //:if ATTACHMENT
-            let pull = weights.attachment * hold_gradient(hold, offset);
+            let pull = weights.attachment * anchor_gradient(hold, offset);
             swept.slope += dot(pull, $DIRECTION_AT(curve, u32(j)));
 //:end
-//:if WALLS
-            swept.slope += dot(walls_gradient(curve, u32(j), place), $DIRECTION_AT(curve, u32(j)));
+//:if REGIONS
+            swept.slope += dot(regions_gradient(curve, u32(j), place), $DIRECTION_AT(curve, u32(j)));
 //:end
 //:end
 //:end

@@ -32,7 +32,7 @@ struct VertexRange {
 // weight of that.
 @group(0) @binding(4) var<storage, read> edges: array<real>;
 @group(0) @binding(5) var<storage, read> offsets: array<real>;
-// Energy, gauge and slope of a block.
+// Energy, regularisation and slope of a block.
 @group(0) @binding(6) var<storage, read_write> sums: array<real>;
 // Gradients, or the direction whose slope is wanted.
 @group(0) @binding(7) var<storage, read_write> gradients: array<real>;
@@ -84,10 +84,10 @@ fn load_offset(curve: Curve, v: u32) -> vector {
 }
 
 //:if ATTACHMENT
-fn load_hold(curve: Curve, v: u32) -> Hold {
-    var hold = Hold();
-    hold.spring = offsets[(curve.start + v) * ($DIMu + 1u) + $DIMu];
-    return hold;
+fn load_anchor(curve: Curve, v: u32) -> Anchor {
+    var anchor = Anchor();
+    anchor.spring = offsets[(curve.start + v) * ($DIMu + 1u) + $DIMu];
+    return anchor;
 }
 //:end
 
@@ -112,13 +112,13 @@ fn load_edge_direction(curve: Curve, j: u32) -> vector {
     return load_direction(curve, next) - load_direction(curve, j);
 }
 
-//:include discrete/edges.wgsl SWEEP=sweep_gradient EDGE=load_edge OFFSET=load_offset HOLD=load_hold DERIVATIVES=1 STORE=store_gradient
-//:include discrete/edges.wgsl SWEEP=sweep_slope EDGE=load_edge OFFSET=load_offset HOLD=load_hold DERIVATIVES=1 DIRECTION=load_edge_direction DIRECTION_AT=load_direction
-//:include discrete/edges.wgsl SWEEP=sweep_value EDGE=load_edge OFFSET=load_offset HOLD=load_hold
+//:include discrete/edges.wgsl SWEEP=sweep_gradient EDGE=load_edge OFFSET=load_offset HOLD=load_anchor DERIVATIVES=1 STORE=store_gradient
+//:include discrete/edges.wgsl SWEEP=sweep_slope EDGE=load_edge OFFSET=load_offset HOLD=load_anchor DERIVATIVES=1 DIRECTION=load_edge_direction DIRECTION_AT=load_direction
+//:include discrete/edges.wgsl SWEEP=sweep_value EDGE=load_edge OFFSET=load_offset HOLD=load_anchor
 
 fn store_sums(block: u32, swept: Swept) {
     sums[3u * block] = swept.energy;
-    sums[3u * block + 1u] = swept.gauge;
+    sums[3u * block + 1u] = swept.regularisation;
     sums[3u * block + 2u] = swept.slope;
 }
 
@@ -190,9 +190,9 @@ fn add_window(curve: Curve, range: VertexRange, j: i32, w: Window, weights: Weig
         add_term(curve, range, j, w, weights.$NAME, $NAME_gradient(w), $NAME_hessian(w));
     }
 //:end
-//:each GAUGE_TERM
+//:each REGULARISATION_TERM
     if (edges >= $EDGESu) {
-        add_term(curve, range, j, w, weights.gauge, $NAME_gradient(w), $NAME_hessian(w));
+        add_term(curve, range, j, w, weights.regularisation, $NAME_gradient(w), $NAME_hessian(w));
     }
 //:end
 }
@@ -206,7 +206,7 @@ fn add_window(curve: Curve, range: VertexRange, j: i32, w: Window, weights: Weig
     }
 //:if ATTACHMENT
     for (var v = range.begin; v < range.end; v++) {
-        let held = hold_hessian(load_hold(curve, v), vector());
+        let held = anchor_hessian(load_anchor(curve, v), vector());
         add_to_hessian(curve, range, i32(v), 0u, weights.attachment * held);
     }
 //:end

@@ -32,7 +32,7 @@ struct Lane {
     iterations: u32,
     evaluations: u32,
     since_best: u32,
-    // The energy with its gauge, and without.
+    // The energy with its regularisation, and without.
     energy: real,
     reported: real,
     norm2: real,

@@ -1,4 +1,4 @@
-// The system (H + λL) p = −g of a curve: H the Hessian of its energy and gauge over windows of two
+// The system (H + λL) p = −g of a curve: H the Hessian of its energy and regularisation over windows of two
 // edges, L the inner product of order 1 or 2 in its plain form, λ ≥ 0. Twin: src/discrete/newton.rs,
 // with src/linalg/banded.rs.
 //
@@ -199,15 +199,15 @@ fn walk(curve: Curve, weights: Weights, lambda: real) -> Front {
 //:if SOBOLEV
 //:else
 //:if ATTACHMENT
-        let held = hold_hessian(load_hold(curve, v), current_offset(curve, v));
+        let held = anchor_hessian(load_anchor(curve, v), current_offset(curve, v));
 //:if SURFACE
         front.a00 += part.x * in_planes(frame.normal, held, frame.normal);
 //:else
         front.a00 += part.x * held;
 //:end
 //:end
-//:if WALLS
-        front.a00 += part.x * walls_hessian(curve, v, displacement(curve, v));
+//:if REGIONS
+        front.a00 += part.x * regions_hessian(curve, v, displacement(curve, v));
 //:end
 //:end
 //:if SURFACE

@@ -7,7 +7,7 @@ fn load_surface_vector(curve: Curve, number: u32) -> vector {
 }
 
 // A surface F = 0 of which SURFACE_WGSL is the text: F and its derivatives in units of the input, for the place
-// origin + size · y. A trial goes along the tangents and then along ∇F. With SURFACE_JET and SURFACE_FOOT the text has those
+// origin + size · y. A trial goes along the tangents and then along ∇F. With SURFACE_JET and SURFACE_PROJECT the text has those
 // functions itself.
 //:if SURFACE_WGSL
 // Twin: ../surface/mod.rs
@@ -50,9 +50,9 @@ fn surface_jet(x: vector) -> SurfaceJet {
 }
 
 //:end
-//:if SURFACE_FOOT
+//:if SURFACE_PROJECT
 //:else
-fn surface_foot(x: vector) -> vector {
+fn surface_project(x: vector) -> vector {
     var foot = x;
     for (var k = 0u; k < MOST_STEPS; k++) {
         let gradient = surface_gradient(foot);
@@ -95,7 +95,7 @@ fn frame_at(surface: Surface, y: vector) -> Frame {
 // The way from a place to its foot.
 fn way_back(surface: Surface, y: vector) -> vector {
     let x = surface.origin + surface.size * y;
-    return (surface_foot(x) - x) * (real(1) / surface.size);
+    return (surface_project(x) - x) * (real(1) / surface.size);
 }
 //:else
 // The quadric ½ yᵀA y + b·y + c = 0 in the curve's own coordinates.

@@ -153,7 +153,7 @@ fn surface_third(x: vector, along: vector) -> matrix {
 }
 
 // Where the way along ∇F ends. Steps that would lead up and down between slopes are halved.
-fn surface_foot(x: vector) -> vector {
+fn surface_project(x: vector) -> vector {
     var foot = x;
     var value = surface_value(x);
     for (var k = 0u; k < DESCENT_STEPS; k++) {

@@ -200,7 +200,7 @@ fn surface_third(x: vector, along: vector) -> matrix {
 }
 
 // Where the way along ∇F ends. The CPU knows the closest point where it leads out of reach.
-fn surface_foot(x: vector) -> vector {
+fn surface_project(x: vector) -> vector {
     let size = surface_cell(x).reach;
     var foot = x;
     for (var k = 0u; k < MOST_STEPS; k++) {

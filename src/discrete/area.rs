@@ -94,7 +94,7 @@ mod tests {
             pinned: if closed { vec![0] } else { vec![0, 8] },
             weights: vec![1.0, 0.3],
             enclosing: Enclosing { area: 0.2, multiplier: -0.7, stiffness: 3.0 },
-            gauge: 0.1,
+            regularisation: 0.1,
             free: vec![1.0; 9],
             highest: 2.0,
             longest: f64::INFINITY,
@@ -106,7 +106,7 @@ mod tests {
     fn derivatives_of_the_area_are_differences() {
         let energy = bending(2.0) + length();
         let functionals: Vec<&Functional> = energy.terms().iter().map(|(_, functional)| functional).collect();
-        let plan = Plan { solver: Solver::Newton, order: 2, gauge: 2 };
+        let plan = Plan { solver: Solver::Newton, order: 2, regularisation: 2 };
         for closed in [false, true] {
             let problem = problem(closed);
             let mut descent = start::<f64, 2>(&plan, &functionals, &[&problem]);

@@ -12,14 +12,14 @@ use crate::sort;
 ///
 /// No energy may have one of them.
 const RESERVED: [&str; 12] = [
-    "gauge",
-    "difference_gauge",
-    "smooth_gauge",
-    "end_gauge",
-    "hold",
-    "fence",
-    "wall",
-    "walls",
+    "ratio_regularisation",
+    "difference_regularisation",
+    "smooth_regularisation",
+    "end_regularisation",
+    "anchor",
+    "penalty",
+    "region",
+    "regions",
     "window",
     "edge",
     "across",
@@ -54,7 +54,7 @@ enum Entry {
     Weight(f64, f64),
     /// The weight of the attachment and its degree.
     Attachment(f64, f64),
-    Gauge,
+    Regularisation,
     /// ε of torsion.
     TorsionCurvature,
     /// A number of the surface that the curve lies in.
@@ -72,8 +72,8 @@ struct Kind {
     rank: usize,
     word: String,
     degree: String,
-    /// The kind of fences that it is of.
-    fence: Option<usize>,
+    /// The kind of penalties that it is of.
+    penalty: Option<usize>,
     definitions: Definitions,
 }
 
@@ -86,7 +86,7 @@ impl Kind {
             rank: Energy::NAMES.iter().position(|name| *name == word).unwrap_or(usize::MAX),
             word: word.into(),
             degree: functional.facts().degree().to_string(),
-            fence: functional.fence(),
+            penalty: functional.penalty(),
             definitions: sort::map(definitions.into_iter().map(|(name, value)| (name.to_string(), value))),
         }
     }
@@ -102,13 +102,13 @@ pub(crate) struct DeviceWeights {
 }
 
 impl Composition {
-    /// Composes the energies of curves of a dimension, with the gauge of a kind, if it is not 0.
+    /// Composes the energies of curves of a dimension, with the regularisation of a kind, if it is not 0.
     ///
     /// Functionals that differ only in their weights share one entry.
     ///
     /// # Errors
     /// A sentence that says what cannot be compiled into a kernel.
-    pub fn of(energy: &Energy, gauge: usize, dimension: usize, precision: Precision) -> Result<Self, String> {
+    pub fn of(energy: &Energy, regularisation: usize, dimension: usize, precision: Precision) -> Result<Self, String> {
         let epsilon = precision.epsilon();
         let of_terms = energy.terms().iter().map(|(_, functional)| Kind::of(functional, epsilon, dimension));
         let of_terms: Vec<Kind> = of_terms.collect();
@@ -118,7 +118,10 @@ impl Composition {
         let place = |kind: &Kind| kinds.binary_search(kind).expect("kinds are those of the terms");
         let places: Vec<usize> = of_terms.iter().map(place).collect();
 
-        let edges = kinds.iter().map(|kind| kind.edges).fold(if gauge > 0 { gauge.max(2) } else { 1 }, usize::max);
+        let edges = kinds
+            .iter()
+            .map(|kind| kind.edges)
+            .fold(if regularisation > 0 { regularisation.max(2) } else { 1 }, usize::max);
         let mut composing = Composition {
             definitions: definitions([
                 ("DIM", &dimension),
@@ -134,13 +137,13 @@ impl Composition {
         };
         let flags = [("SPATIAL", dimension == 3), ("WIDE", edges > 3), ("TAUT", energy.is_taut())];
         flags.into_iter().filter(|(_, is_so)| *is_so).for_each(|(name, _)| composing.define(name, 1));
-        let fences = energy.fences();
-        let place = |kind: usize| fences[..kind].iter().filter(|has| **has).count();
-        if fences.contains(&true) {
-            composing.define("FENCES", place(fences.len()));
+        let penalties = energy.penalties();
+        let place = |kind: usize| penalties[..kind].iter().filter(|has| **has).count();
+        if penalties.contains(&true) {
+            composing.define("PENALTIES", place(penalties.len()));
         }
-        if energy.walls() > 0 {
-            composing.define("WALLS", energy.walls());
+        if energy.regions() > 0 {
+            composing.define("REGIONS", energy.regions());
         }
         let mut names = RESERVED.map(String::from).to_vec();
         for (entry, kind) in kinds.into_iter().enumerate() {
@@ -152,14 +155,14 @@ impl Composition {
                 composing.entries.push(Entry::Attachment(weight, degree));
             } else {
                 composing.entries.push(Entry::Weight(weight, degree));
-                let fence = kind.fence.map(place);
-                names.push(composing.define_term(entry, kind, fence, &names)?);
+                let penalty = kind.penalty.map(place);
+                names.push(composing.define_term(entry, kind, penalty, &names)?);
             }
         }
-        if gauge > 0 {
-            composing.define("GAUGE", composing.entries.len());
-            composing.entries.push(Entry::Gauge);
-            composing.define_gauge(gauge);
+        if regularisation > 0 {
+            composing.define("REGULARISATION", composing.entries.len());
+            composing.entries.push(Entry::Regularisation);
+            composing.define_regularisation(regularisation);
         }
         composing.define("TORSION_CURVATURE", composing.entries.len());
         composing.entries.push(Entry::TorsionCurvature);
@@ -174,7 +177,7 @@ impl Composition {
                 self.define("SURFACE_WGSL", text);
                 let own = [
                     ("SURFACE_JET", "fn surface_jet("),
-                    ("SURFACE_FOOT", "fn surface_foot("),
+                    ("SURFACE_PROJECT", "fn surface_project("),
                     ("SURFACE_TABLE", SURFACE_TABLE),
                 ];
                 own.into_iter().filter(|(_, word)| text.contains(word)).for_each(|(name, _)| self.define(name, 1));
@@ -186,22 +189,22 @@ impl Composition {
         self
     }
 
-    /// Defines the terms of the gauge of a kind, the list GAUGE_TERM.
-    fn define_gauge(&mut self, kind: usize) {
-        const FIRST: &str = "discrete/energy/gauge.wgsl";
-        const SMOOTH: &str = "discrete/energy/smooth_gauge.wgsl";
+    /// Defines the terms of the regularisation of a kind, the list REGULARISATION_TERM.
+    fn define_regularisation(&mut self, kind: usize) {
+        const FIRST: &str = "discrete/energy/regularisation.wgsl";
+        const SMOOTH: &str = "discrete/energy/smooth_regularisation.wgsl";
         let terms: &[(&str, &str, usize)] = match kind {
-            3 => &[("smooth_gauge", SMOOTH, 3), ("end_gauge", SMOOTH, 2)],
-            2 => &[("gauge", FIRST, 2)],
-            _ => &[("difference_gauge", FIRST, 2)],
+            3 => &[("smooth_regularisation", SMOOTH, 3), ("end_regularisation", SMOOTH, 2)],
+            2 => &[("ratio_regularisation", FIRST, 2)],
+            _ => &[("difference_regularisation", FIRST, 2)],
         };
         for (k, (name, file, edges)) in terms.iter().enumerate() {
-            self.define(&format!("GAUGE_TERM.{k}.NAME"), name);
-            self.define(&format!("GAUGE_TERM.{k}.FILE"), file);
-            self.define(&format!("GAUGE_TERM.{k}.EDGES"), edges);
+            self.define(&format!("REGULARISATION_TERM.{k}.NAME"), name);
+            self.define(&format!("REGULARISATION_TERM.{k}.FILE"), file);
+            self.define(&format!("REGULARISATION_TERM.{k}.EDGES"), edges);
         }
         if kind == 3 {
-            self.define("SMOOTH_GAUGE", 1);
+            self.define("SMOOTH_REGULARISATION", 1);
         }
     }
 
@@ -211,12 +214,12 @@ impl Composition {
 
     /// Defines the next entry of the list TERM, and returns the name of its functions.
     ///
-    /// `fence` is the place of its fence in a window.
+    /// `penalty` is the place of its penalty in a window.
     fn define_term(
         &mut self,
         entry: usize,
         kind: Kind,
-        fence: Option<usize>,
+        penalty: Option<usize>,
         names: &[String],
     ) -> Result<String, String> {
         let (Kind { edges, word, definitions, .. }, k) = (kind, names.len() - RESERVED.len());
@@ -228,7 +231,7 @@ impl Composition {
         let own: [(&str, &dyn ToString); 4] =
             [("FILE", &format!("discrete/energy/{word}.wgsl")), ("NAME", &name), ("EDGES", &edges), ("WEIGHT", &entry)];
         own.iter().for_each(|(name, value)| self.define(&format!("TERM.{k}.{name}"), value.to_string()));
-        fence.iter().for_each(|place| self.define(&format!("TERM.{k}.FENCE"), place));
+        penalty.iter().for_each(|place| self.define(&format!("TERM.{k}.PENALTY"), place));
         definitions.iter().for_each(|(name, value)| self.define(&format!("TERM.{k}.{name}"), value));
         Ok(name)
     }
@@ -246,13 +249,13 @@ impl Composition {
     /// The entries of a curve of size 1 whose terms have these weights.
     ///
     /// The entry of an attachment is 1, because its weights stand at the points.
-    pub fn entries(&self, weights: &[f64], gauge: f64) -> Vec<f64> {
+    pub fn entries(&self, weights: &[f64], regularisation: f64) -> Vec<f64> {
         let entry = |(place, entry): (usize, &Entry)| match entry {
             Entry::Weight(..) => {
                 self.places.iter().zip(weights).filter(|(own, _)| **own == place).map(|(_, weight)| weight).sum()
             }
             Entry::Attachment(..) => 1.0,
-            Entry::Gauge => gauge,
+            Entry::Regularisation => regularisation,
             Entry::TorsionCurvature => TORSION_CURVATURE,
             Entry::Surface => f64::NAN,
         };
@@ -261,12 +264,12 @@ impl Composition {
 
     /// The weights of a curve that the device has divided by `size`.
     ///
-    /// The argument `torsion_curvature` (ε of torsion) is in units of the input. The gauge is that of order 2, which
+    /// The argument `torsion_curvature` (ε of torsion) is in units of the input. The regularisation is that of order 2, which
     /// has no unit of length.
-    pub fn weights(&self, size: f64, gauge: f64, torsion_curvature: f64) -> DeviceWeights {
+    pub fn weights(&self, size: f64, regularisation: f64, torsion_curvature: f64) -> DeviceWeights {
         let scaled = |entry: &Entry| match *entry {
             Entry::Weight(weight, degree) | Entry::Attachment(weight, degree) => weight * size.powf(degree),
-            Entry::Gauge => gauge,
+            Entry::Regularisation => regularisation,
             Entry::TorsionCurvature => torsion_curvature * size,
             Entry::Surface => f64::NAN,
         };
@@ -292,7 +295,7 @@ mod tests {
         let composition = Composition::of(&energy, 2, 2, Precision::F32).unwrap();
         assert_eq!(composition.places, [1, 0, 1]);
         // The degrees are 1 and −1, and the curve has size 4: weights become 0.5·4 and 4/4. The
-        // larger is the unit. The gauge has degree 0.
+        // larger is the unit. The regularisation has degree 0.
         let weights = composition.weights(4.0, 0.25, 1e-3);
         assert_eq!((weights.unit, weights.entries), (2.0, vec![1.0, 0.5, 0.125, 4e-3]));
     }
@@ -316,12 +319,12 @@ mod tests {
     fn texts_of_surfaces_say_what_they_bring() {
         let of = |text: &str| {
             let composition = Composition::of(&bending(2.0), 2, 3, Precision::F64).unwrap().in_surfaces(Some(text));
-            let names = ["SURFACE_JET", "SURFACE_FOOT", "SURFACE_TABLE"];
+            let names = ["SURFACE_JET", "SURFACE_PROJECT", "SURFACE_TABLE"];
             names.map(|name| composition.definitions.contains_key(name))
         };
         assert_eq!(of("fn surface_value(x: vector) -> real"), [false, false, false]);
         assert_eq!(
-            of("fn surface_foot(x: vector) -> vector { return surface_jet(x).gradient; }"),
+            of("fn surface_project(x: vector) -> vector { return surface_jet(x).gradient; }"),
             [false, true, false]
         );
         assert_eq!(of("fn surface_jet(x: vector) -> SurfaceJet { return surface_table[0]; }"), [true, false, true]);

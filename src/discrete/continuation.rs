@@ -56,7 +56,7 @@ impl<const D: usize> Problem<D> {
         }
         if energy.order() == 2 && highest.0 > 0.0 {
             problem.highest *= highest.1 / highest.0;
-            problem.gauge *= highest.1 / highest.0;
+            problem.regularisation *= highest.1 / highest.0;
         }
         problem
     }

@@ -1,12 +1,12 @@
 //! [`CurveLimits`]: the [limits](Limits) of one curve at its vertices.
 
 use super::enclosed::Enclosed;
-use super::energy::{FENCE_KINDS, Fencing, Functional};
-use super::limits::{Form, LimitKind, Limits, Polygon, of_spans, spans};
+use super::energy::{Functional, LIMIT_KINDS, LimitTerms};
+use super::limits::{LimitKind, Limits, Polygon, RegionConstraint, of_spans, spans};
 use super::problem::Problem;
+use super::region_constraints::{NeighbourConstraint, RegionConstraints};
 use super::separation::{SeparatingHalfPlane, SeparatingHalfPlanes};
 use super::setup::PreparedCurve;
-use super::walls::{Side, Walls};
 use crate::batch::CurveBatch;
 use crate::linalg::scalar::{Vector, add, scale, subtract};
 
@@ -19,12 +19,12 @@ const OF_ROOM: f64 = 1e3;
 /// The limits of one curve, at size 1.
 #[derive(Clone, Debug)]
 pub(super) struct CurveLimits<const D: usize> {
-    /// The quantities of every kind of fences.
-    pub quantities: [Functional; FENCE_KINDS],
-    /// The slopes β of the fences of every kind at each vertex, 0 without a limit. A kind without limits is empty.
-    pub slopes: [Vec<f64>; FENCE_KINDS],
+    /// The quantities of every kind of penalties.
+    pub quantities: [Functional; LIMIT_KINDS],
+    /// The slopes β of the penalties of every kind at each vertex, 0 without a limit. A kind without limits is empty.
+    pub slopes: [Vec<f64>; LIMIT_KINDS],
     /// The regions.
-    pub walls: Option<Walls<D>>,
+    pub regions: Option<RegionConstraints<D>>,
     /// The longest length.
     pub longest: Option<f64>,
     /// The area.
@@ -48,32 +48,32 @@ impl<const D: usize> CurveLimits<D> {
         let polygon = Polygon { spans: &spans, points, closed, vertices, size };
         let slopes = LimitKind::slopes_of(&polygon, own, batch, i);
         let quantities = LimitKind::<D>::ALL.map(|kind| (kind.functional)(own, ready.problem.surface.is_some()));
-        let has_walls = own.has_places(batch) || !separating.is_empty();
-        let walls = has_walls.then(|| walls_of(own, batch, i, separating, ready, &polygon));
-        if walls.is_some() {
+        let has_regions = own.has_places(batch) || !separating.is_empty();
+        let regions = has_regions.then(|| regions_of(own, batch, i, separating, ready, &polygon));
+        if regions.is_some() {
             ready.place();
         }
         let chords: f64 = batch.chords(i).sum();
         let longest = own.stretch.map(|stretch| stretch * chords / size);
         let at_size_1 = |point: &Vector<f64, D>| scale(1.0 / size, *point);
         let enclosed = own.area.then(|| Enclosed::by(&points.iter().map(at_size_1).collect::<Vec<_>>()));
-        CurveLimits { quantities, slopes, walls, longest, enclosed }
+        CurveLimits { quantities, slopes, regions, longest, enclosed }
     }
 
     /// Measures what depends on where the problem's base stands.
     pub fn measure(&mut self, problem: &Problem<D>) {
-        self.walls.iter_mut().for_each(|walls| walls.measure(problem));
+        self.regions.iter_mut().for_each(|regions| regions.measure(problem));
     }
 }
 
-fn walls_of<const D: usize>(
+fn regions_of<const D: usize>(
     limits: &Limits,
     batch: &CurveBatch,
     i: usize,
     separating: &[SeparatingHalfPlane],
     ready: &PreparedCurve<D>,
     polygon: &Polygon<'_, D>,
-) -> Walls<D> {
+) -> RegionConstraints<D> {
     let Polygon { spans, points, vertices, size, .. } = *polygon;
     let column = batch.constraints().corridors.as_deref();
     let widths = of_spans(limits.corridor, column, batch, i, spans);
@@ -84,13 +84,13 @@ fn walls_of<const D: usize>(
         let chord = polygon.chord(span);
         let [at, chord] = [subtract(points[span.point], from), chord].map(|x| scale(1.0 / size, x));
         let Some(width) = widths.as_ref().map(|widths| widths[k] / size) else { continue };
-        let within = |width: f64, chord| width.is_finite().then(|| Form::corridor(at, chord, width));
+        let within = |width: f64, chord| width.is_finite().then(|| RegionConstraint::corridor(at, chord, width));
         let before = if k > 0 || polygon.closed { (k + spans.len() - 1) % spans.len() } else { k };
         let least = widths.as_ref().map_or(width, |widths| width.min(widths[before] / size));
         corridors[span.rows[0]] = within(least, [0.0; D]);
         corridors[span.rows[0] + 1..span.rows[1]].fill(within(width, chord));
         if span.rows[1] < vertices {
-            let end = Form::corridor(add(at, chord), [0.0; D], width);
+            let end = RegionConstraint::corridor(add(at, chord), [0.0; D], width);
             corridors[span.rows[1]] = width.is_finite().then_some(end);
         }
     }
@@ -99,27 +99,27 @@ fn walls_of<const D: usize>(
     let side = |half_plane: &SeparatingHalfPlane| {
         let [foot, axis] = [half_plane.foot, half_plane.axis].map(|v| std::array::from_fn(|c| v[c]));
         let unit = unit.min(OF_ROOM * half_plane.gap / size);
-        let form = Form::half_plane(scale(1.0 / size, subtract(foot, from)), axis, unit);
-        Side { row: ready.row_of_drawn(half_plane.row), form, neighbour: half_plane.neighbour }
+        let form = RegionConstraint::half_plane(scale(1.0 / size, subtract(foot, from)), axis, unit);
+        NeighbourConstraint { row: ready.row_of_drawn(half_plane.row), form, neighbour: half_plane.neighbour }
     };
     let sides = separating.iter().map(side).collect();
     let rows = spans.iter().map(|span| span.rows).collect();
-    Walls::new(regions, corridors, sides, rows, &ready.problem.pinned, vertices)
+    RegionConstraints::new(regions, corridors, sides, rows, &ready.problem.pinned, vertices)
 }
 
 /// What the curves of a batch are kept with, if they have limits. `separating` are between neighbours.
-pub(super) fn fencing<const D: usize>(
+pub(super) fn limit_terms<const D: usize>(
     limits: &Limits,
     batch: &CurveBatch,
     separating: &SeparatingHalfPlanes,
     in_surface: bool,
-) -> Option<Fencing> {
+) -> Option<LimitTerms> {
     if limits.is_empty(batch) {
         return None;
     }
     let asked = LimitKind::<D>::ALL.into_iter().filter(|kind| (kind.is_asked)(limits, batch));
     let quantities = asked.map(|kind| (kind.functional)(limits, in_surface)).collect();
     let corridors = usize::from(limits.corridor.is_some() || batch.constraints().corridors.is_some());
-    let walls = Walls::<D>::most(limits.regions.len() + corridors + separating.most_at_a_vertex());
-    Some(Fencing { quantities, walls, stretch: limits.stretch.is_some(), area: limits.area })
+    let regions = RegionConstraints::<D>::most(limits.regions.len() + corridors + separating.most_at_a_vertex());
+    Some(LimitTerms { quantities, regions, stretch: limits.stretch.is_some(), area: limits.area })
 }

@@ -69,13 +69,13 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
 
     /// Adds the second derivatives of what holds the vertices.
     #[inline(always)]
-    fn hold(&self, newton: &mut Newton<S, D>) {
-        for (row, (target, hold)) in self.holds.iter().enumerate() {
-            newton.hold(row, hold.hessian(subtract(self.u[row], *target)), self.weights.vertices[row]);
+    fn add_anchors(&self, newton: &mut Newton<S, D>) {
+        for (row, (target, anchor)) in self.anchors.iter().enumerate() {
+            newton.add_at_vertex(row, anchor.hessian(subtract(self.u[row], *target)), self.weights.vertices[row]);
         }
-        for walls in &self.walls {
-            for (row, wall) in walls.iter().enumerate() {
-                newton.hold(row, wall.hessian(self.u[row]), S::ZERO);
+        for regions in &self.regions {
+            for (row, penalty) in regions.iter().enumerate() {
+                newton.add_at_vertex(row, penalty.hessian(self.u[row]), S::ZERO);
             }
         }
     }
@@ -88,9 +88,9 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         }
         lambda = lambda.max(self.least_damping);
         self.edges.place(&self.u);
-        let gauge = (self.plan.gauge > 0).then_some((self.plan.gauge, self.gauge));
-        newton.assemble(&self.edges, &self.terms, gauge, &self.weights, lambda);
-        S::run(Hold { descent: self, newton });
+        let regularisation = (self.plan.regularisation > 0).then_some((self.plan.regularisation, self.regularisation));
+        newton.assemble(&self.edges, &self.terms, regularisation, &self.weights, lambda);
+        S::run(AddAnchors { descent: self, newton });
         let is_enclosing = const { D == 2 } && self.is_enclosing;
         if is_enclosing {
             self.enclose(newton);
@@ -164,6 +164,6 @@ operation! {
 }
 
 operation! {
-    /// [`Descent::hold`]
-    Hold<'d, 'a, S: Scalar; D> { descent: &'d Descent<'a, S, D>, newton: &'d mut Newton<S, D> } -> () { descent.hold(newton) }
+    /// [`Descent::add_anchors`]
+    AddAnchors<'d, 'a, S: Scalar; D> { descent: &'d Descent<'a, S, D>, newton: &'d mut Newton<S, D> } -> () { descent.add_anchors(newton) }
 }

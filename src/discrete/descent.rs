@@ -6,7 +6,7 @@
 
 use super::edges::Edges;
 use super::enclosed::Enclosing;
-use super::energy::{Functional, Hold, Wall};
+use super::energy::{Anchor, Functional, RegionPenalty};
 use super::lane::{Bounds, Lane, TerminationStatus};
 use super::newton::Weights;
 use super::plan::Plan;
@@ -25,11 +25,11 @@ pub(crate) struct Descent<'a, S: Scalar, const D: usize> {
     ///
     /// Weights differ from lane to lane, because curves are normalised.
     pub terms: Vec<(S, &'a Functional)>,
-    pub gauge: S,
+    pub regularisation: S,
     /// The displacement of the data point of each attached vertex, and what holds it there.
-    pub holds: Vec<(Vector<S, D>, Hold<S, D>)>,
-    /// The walls that the vertices keep from, one a layer.
-    pub walls: Vec<Vec<Wall<S, D>>>,
+    pub anchors: Vec<(Vector<S, D>, Anchor<S, D>)>,
+    /// The region penalties of the vertices, one per layer.
+    pub regions: Vec<Vec<RegionPenalty<S, D>>>,
     /// What keeps the area that planar curves enclose.
     pub enclosing: Enclosing<S>,
     /// Whether that is asked of any.
@@ -55,8 +55,8 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         movable: Vec<S>,
         weights: Weights<S>,
         terms: Vec<(S, &'a Functional)>,
-        gauge: S,
-        holds: Vec<(Vector<S, D>, Hold<S, D>)>,
+        regularisation: S,
+        anchors: Vec<(Vector<S, D>, Anchor<S, D>)>,
         bounds: &[Bounds],
     ) -> Self {
         let rows = vec![[S::ZERO; D]; edges.rows()];
@@ -72,9 +72,9 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
             movable,
             weights,
             terms,
-            gauge,
-            holds,
-            walls: Vec::new(),
+            regularisation,
+            anchors,
+            regions: Vec::new(),
             enclosing: Enclosing::default(),
             is_enclosing: false,
             within: None,
@@ -87,12 +87,12 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         self.lanes.iter().any(|lane| lane.termination == TerminationStatus::Running)
     }
 
-    /// The energy of the curves as they stand, without the gauge.
-    pub fn energy_without_gauge(&mut self) -> S {
+    /// The energy of the curves as they stand, without the regularisation.
+    pub fn energy_without_regularisation(&mut self) -> S {
         self.x.copy_from_slice(&self.u);
         self.edges.place(&self.u);
         let mut energy = if self.weights.attached { self.attach() } else { S::ZERO };
-        energy += self.wall_in();
+        energy += self.region_in();
         for (weight, functional) in &self.terms {
             energy += *weight * self.edges.value(functional);
         }
@@ -123,12 +123,12 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
     }
 
     /// Replaces the curve of a lane by another at its base, for which everything but its edges and weights is the same.
-    pub fn replace(&mut self, l: usize, weights: &[f64], [highest, gauge]: [f64; 2], bounds: &Bounds) {
+    pub fn replace(&mut self, l: usize, weights: &[f64], [highest, regularisation]: [f64; 2], bounds: &Bounds) {
         for ((term, _), weight) in self.terms.iter_mut().zip(weights) {
             term.set_lane(l, number::<S>(*weight));
         }
         self.weights.highest.set_lane(l, number::<S>(highest));
-        self.gauge.set_lane(l, number::<S>(gauge));
+        self.regularisation.set_lane(l, number::<S>(regularisation));
         let zero = S::ZERO.lane(0);
         self.u.iter_mut().chain(&mut self.p).flatten().for_each(|x| x.set_lane(l, zero));
         self.lanes[l] = Lane::new(self.plan.solver, bounds);
@@ -177,8 +177,8 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         if const { D == 2 } && self.is_enclosing {
             energy += self.edges.enclose(self.enclosing);
         }
-        if self.plan.gauge > 0 {
-            energy += self.edges.add_gauge(self.plan.gauge, self.gauge);
+        if self.plan.regularisation > 0 {
+            energy += self.edges.add_regularisation(self.plan.regularisation, self.regularisation);
         }
         if const { D == 3 }
             && let Some(within) = &mut self.within
@@ -198,7 +198,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         if self.weights.attached {
             energy += self.attach();
         }
-        energy += self.wall_in();
+        energy += self.region_in();
         if const { D == 3 }
             && let Some(within) = &mut self.within
         {
@@ -217,24 +217,24 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
     #[inline(always)]
     fn attach(&mut self) -> S {
         let mut energy = S::ZERO;
-        for (row, (target, hold)) in self.holds.iter().enumerate() {
+        for (row, (target, anchor)) in self.anchors.iter().enumerate() {
             let offset = subtract(self.x[row], *target);
-            energy += hold.value(offset);
-            self.trial[row] = add(self.trial[row], scale(self.movable[row], hold.gradient(offset)));
+            energy += anchor.value(offset);
+            self.trial[row] = add(self.trial[row], scale(self.movable[row], anchor.gradient(offset)));
         }
         energy
     }
 
-    /// The energy of the walls.
+    /// The energy of the region penalties.
     ///
     /// Its gradient is added to `trial`.
     #[inline(always)]
-    fn wall_in(&mut self) -> S {
+    fn region_in(&mut self) -> S {
         let mut energy = S::ZERO;
-        for walls in &self.walls {
-            for (row, wall) in walls.iter().enumerate() {
-                energy += wall.value(self.x[row]);
-                self.trial[row] = add(self.trial[row], scale(self.movable[row], wall.gradient(self.x[row])));
+        for regions in &self.regions {
+            for (row, penalty) in regions.iter().enumerate() {
+                energy += penalty.value(self.x[row]);
+                self.trial[row] = add(self.trial[row], scale(self.movable[row], penalty.gradient(self.x[row])));
             }
         }
         energy

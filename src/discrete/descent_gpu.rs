@@ -186,8 +186,8 @@ impl<const D: usize> Run<'_, D> {
         if edges != order {
             return vec![];
         }
-        // Hardware has the registers for fences in lanes alone, as for spatial curves.
-        let dimension = if self.energy.is_fenced() { 3 } else { D };
+        // Hardware has the registers for penalties in lanes alone, as for spatial curves.
+        let dimension = if self.energy.has_limits() { 3 } else { D };
         match self.lanes.or(self.gpu.lanes()) {
             Some(lanes) => vec![lanes],
             None => open_lanes(self.gpu.summary(), order, dimension).to_vec(),
@@ -220,7 +220,7 @@ impl<const D: usize> Run<'_, D> {
 
     fn is_for_kernel(&self, i: usize) -> bool {
         let (order, problem) = (self.plan.order, self.problems[i]);
-        // A triangle has no room for the third derivative, and the gauge is of order 2.
+        // A triangle has no room for the third derivative, and the regularisation is of order 2.
         let has_order = order_of(order.max(2), problem.closed, problem.vertices()) == order.max(2);
         // A curve that nothing holds slides along itself, which the host damps.
         let is_in_surface = problem.surface.as_ref().is_none_or(|surface| {
@@ -231,7 +231,7 @@ impl<const D: usize> Run<'_, D> {
         });
         (order < 3 || self.precision == Precision::F64 && self.plan.solver == Solver::Newton)
             && has_order
-            && (problem.gauge != 0.0 || self.plan.solver == Solver::Sobolev)
+            && (problem.regularisation != 0.0 || self.plan.solver == Solver::Sobolev)
             && is_in_surface
     }
 
@@ -242,7 +242,8 @@ impl<const D: usize> Run<'_, D> {
         if !names && curves.iter().any(|&i| !self.problems[i].attached.is_empty()) {
             energy = energy + attachment();
         }
-        let composition = Composition::of(&energy, self.plan.gauge, D, self.precision).map_err(Error::Argument)?;
+        let composition =
+            Composition::of(&energy, self.plan.regularisation, D, self.precision).map_err(Error::Argument)?;
         Ok(match self.surface() {
             Some(surface) if surface.kind().quadric().is_some() => composition.in_surfaces(None),
             Some(surface) => composition.in_surfaces(surface.kernel().map(SurfaceKernel::text).as_deref()),

@@ -1,14 +1,14 @@
 //! [`Discs`]: the discs around the data points of one curve, and the multipliers that keep it inside.
 //!
-//! The constraints are (D² − |f_i − p_i|²)/2 ≥ 0 at every data point p_i, with the walls of [`Hold`] as terms. Where a curve
+//! The constraints are (D² − |f_i − p_i|²)/2 ≥ 0 at every data point p_i, with the penalties of [`Anchor`] as terms. Where a curve
 //! touches its disc, y D is the force that holds it there.
 //!
 //! A vertex could slide along its curve for nothing, or to make a taut span short. Rails across the curve
 //! keep it from that. They lie along the tangents where the curve stands after the first rounds.
 //!
-//! The rails are faircurve's.
+//! The tangential anchors are faircurve's.
 
-use super::energy::Hold;
+use super::energy::Anchor;
 use super::fair::{Fair, Pins};
 use super::multipliers::Multipliers;
 use super::problem::Problem;
@@ -39,16 +39,16 @@ const PENALTY_GROWTH: f64 = 10.0;
 /// See [`PENALTY_GROWTH`].
 const SLOW: f64 = 4.0;
 
-/// The stiffness of rails in units of ρD².
+/// The stiffness of tangential anchors in units of ρD².
 ///
 /// Of the 594 borders of countries-110m 2 do not converge at a deviation of 0.2. With 10 these are 17, and
 /// with 1000 they are 6.
-const RAILS: f64 = 100.0;
+const TANGENTIAL_STIFFNESS: f64 = 100.0;
 
 /// Rails are laid anew after each of so many rounds.
 ///
 /// With 0, vertices come together where the curve has turned since, and some 30 of those borders do not converge.
-/// Laid anew in every round, rails follow corners that follow the rails.
+/// If tangential anchors were set again in every round, they would follow corners that follow them.
 const LAYING: u32 = 2;
 
 /// The discs of a curve.
@@ -95,7 +95,7 @@ impl Discs {
         let beside = spans_beside(&ready.rows, problem);
         for (attached, h) in problem.attached.iter_mut().zip(beside) {
             attached.stiffness = INITIAL_PENALTY * problem.highest * h.powi(1 - 2 * order);
-            attached.hold = Hold { wall: attached.stiffness / square, reach: square, ..Hold::NONE };
+            attached.anchor = Anchor { stiffness: attached.stiffness / square, reach: square, ..Anchor::NONE };
         }
         lay_rails(problem);
         let multipliers = vec![0.0; problem.attached.len()];
@@ -128,8 +128,8 @@ impl Discs {
         let mut violation = 0.0f64;
         for (attached, multiplier) in problem.attached.iter().zip(&mut self.multipliers) {
             let outside = 0.5 * (dot(attached.target, attached.target) - square);
-            violation = violation.max(outside.max(-*multiplier / attached.hold.wall).abs() / square);
-            *multiplier = attached.hold.wall * attached.hold.beyond(attached.target);
+            violation = violation.max(outside.max(-*multiplier / attached.anchor.stiffness).abs() / square);
+            *multiplier = attached.anchor.stiffness * attached.anchor.beyond(attached.target);
         }
         violation
     }
@@ -142,13 +142,13 @@ impl<const D: usize> Multipliers<D> for Discs {
         self.violation = self.multiply(problem);
         if !Discs::is_settled(self) && self.violation * SLOW > before {
             for attached in &mut problem.attached {
-                attached.hold.wall *= PENALTY_GROWTH;
+                attached.anchor.stiffness *= PENALTY_GROWTH;
                 attached.stiffness *= PENALTY_GROWTH;
             }
         }
         let square = self.radius * self.radius;
         for (attached, multiplier) in problem.attached.iter_mut().zip(&self.multipliers) {
-            attached.hold.reach = square - 2.0 * multiplier / attached.hold.wall;
+            attached.anchor.reach = square - 2.0 * multiplier / attached.anchor.stiffness;
         }
         if self.rounds <= LAYING {
             lay_rails(problem);
@@ -190,7 +190,7 @@ fn spans_beside<const D: usize>(rows: &[u32], problem: &Problem<D>) -> Vec<f64> 
     problem.attached.iter().map(|attached| mean(attached.row)).collect()
 }
 
-/// Lays rails along the tangents of the curve where it stands.
+/// Sets tangential anchors along the tangents of the current curve.
 fn lay_rails<const D: usize>(problem: &mut Problem<D>) {
     let Problem { base, attached, closed, .. } = problem;
     for attached in attached {
@@ -201,7 +201,7 @@ fn lay_rails<const D: usize>(problem: &mut Problem<D>) {
         let along = add(scale(1.0 / s, before), scale(1.0 / t, after));
         // Edges that turn back have no tangent in common.
         let length = dot(along, along).sqrt().max(f64::MIN_POSITIVE);
-        attached.hold.rail = scale((RAILS * attached.stiffness).sqrt() / length, along);
-        attached.hold.place = -dot(attached.hold.rail, attached.target);
+        attached.anchor.tangent = scale((TANGENTIAL_STIFFNESS * attached.stiffness).sqrt() / length, along);
+        attached.anchor.along = -dot(attached.anchor.tangent, attached.target);
     }
 }

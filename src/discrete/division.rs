@@ -10,14 +10,14 @@ use crate::surface::Surface;
 
 /// A span is measured on a quadric by one chord for so many edges, and by so many chords at least.
 ///
-/// Normals turn little along a span (see `ground::wide`), and the gauge evens out the rest. Every foot costs time. Other surfaces,
+/// Normals turn little along a span (see `ground::wide`), and the regularisation evens out the rest. Every foot costs time. Other surfaces,
 /// such as terrain, may have hills in a span.
 const EDGES_A_CHORD: usize = 4;
 const LEAST_CHORDS: usize = 4;
 
 /// The vertices at equal arc length along each span, and the row of every data point.
 ///
-/// With a surface they are moved onto it, and divide what is there. The gauge evens out what the division leaves.
+/// With a surface they are moved onto it, and divide what is there. The regularisation evens out what the division leaves.
 pub(super) fn divide<const D: usize>(
     curve: &dyn Curve,
     points: &[Vector<f64, D>],

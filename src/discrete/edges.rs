@@ -12,9 +12,9 @@
 // Loops over coordinates and lanes by index match the formulas.
 #![allow(clippy::needless_range_loop)]
 
-use super::energy::curvatures::{SHORT_EDGE, Way};
-use super::energy::gauge::{DifferenceGauge, Gauge, SmoothGauge};
-use super::energy::{FENCE_KINDS, Fence, Functional, MOST_EDGES, Partials, TORSION_CURVATURE, Term, Visitor, Window};
+use super::energy::curvatures::{CurvatureDistance, SHORT_EDGE};
+use super::energy::regularisation::{DifferenceRegularisation, RatioRegularisation, SmoothRegularisation};
+use super::energy::{Functional, LIMIT_KINDS, MOST_EDGES, Partials, Penalty, TORSION_CURVATURE, Term, Visitor, Window};
 use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
 use crate::linalg::{Scalar, operation};
 
@@ -41,7 +41,7 @@ pub(crate) struct Edges<S, const D: usize> {
     base: Vec<Vector<S, D>>,
     /// 1 where a lane has the edge, else 0.
     exists: Vec<S>,
-    /// The gauge's factor at the vertex between this edge and the next.
+    /// The regularisation's factor at the vertex between this edge and the next.
     ///
     /// It is 0 at a data point.
     free: Vec<S>,
@@ -51,10 +51,10 @@ pub(crate) struct Edges<S, const D: usize> {
     /// How much of the turn between this edge and the next counts where terms stand [for ends](Term::AT_ENDS) too; empty
     /// where they do not.
     turns: Vec<S>,
-    /// The fences of every kind at the vertex between this edge and the next.
+    /// The penalties of every kind at the vertex between this edge and the next.
     ///
     /// Empty without limits.
-    fences: [Vec<Fence<S>>; FENCE_KINDS],
+    penalties: [Vec<Penalty<S>>; LIMIT_KINDS],
     pub tangent: Vec<Vector<S, D>>,
     pub length: Vec<S>,
     pub inverse: Vec<S>,
@@ -66,7 +66,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
     /// The edges of curves that are all open or all closed.
     ///
     /// Lane l has the edges `bases[l]`, at least 3 for closed curves. `free(l, j)` is the factor of
-    /// differences of lengths in the gauge at vertex j, 0 at data points.
+    /// differences of lengths in the regularisation at vertex j, 0 at data points.
     pub fn new(closed: bool, bases: &[&[Vector<f64, D>]], free: impl Fn(usize, usize) -> f64) -> Self {
         let counts: Vec<usize> = bases.iter().map(|base| base.len()).collect();
         let most = counts.iter().copied().max().unwrap_or(0);
@@ -85,7 +85,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
             free: vec![S::ZERO; rows],
             taut: vec![S::ONE; rows],
             turns: Vec::new(),
-            fences: Default::default(),
+            penalties: Default::default(),
             tangent: vec![unit; rows],
             length: vec![S::ONE; rows],
             inverse: vec![S::ONE; rows],
@@ -101,7 +101,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         edges
     }
 
-    /// Lays the edges of a curve into a lane whose curve has as many, with the factor of the gauge at each vertex.
+    /// Lays the edges of a curve into a lane whose curve has as many, with the factor of the regularisation at each vertex.
     pub fn lay(&mut self, lane: usize, base: &[Vector<f64, D>], free: impl Fn(usize) -> f64) {
         for (j, edge) in base.iter().enumerate() {
             (0..D).for_each(|c| self.base[j][c].set_lane(lane, number::<S>(edge[c])));
@@ -140,24 +140,25 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         (shorter - S::of(SHORT_EDGE) * (s + t)).if_positive(self.ends(j), S::ZERO)
     }
 
-    /// Sets the fences of every kind, for each vertex of a lane, where there are any.
-    pub fn set_fences(&mut self, lane: usize, fences: &[Vec<Fence<f64>>; FENCE_KINDS]) {
+    /// Sets the penalties of every kind, for each vertex of a lane, where there are any.
+    pub fn set_penalties(&mut self, lane: usize, penalties: &[Vec<Penalty<f64>>; LIMIT_KINDS]) {
         let rows = self.free.len();
-        for (own, fences) in self.fences.iter_mut().zip(fences).filter(|(_, fences)| !fences.is_empty()) {
-            own.resize(rows, Fence::NONE);
+        for (own, penalties) in self.penalties.iter_mut().zip(penalties).filter(|(_, penalties)| !penalties.is_empty())
+        {
+            own.resize(rows, Penalty::NONE);
             for j in 0..self.counts[lane] {
-                let fence = fences[(j + 1) % fences.len()];
-                own[j].slope.set_lane(lane, number::<S>(fence.slope));
-                own[j].reach.set_lane(lane, number::<S>(fence.reach));
-                own[j].stiffness.set_lane(lane, number::<S>(fence.stiffness));
+                let penalty = penalties[(j + 1) % penalties.len()];
+                own[j].slope.set_lane(lane, number::<S>(penalty.slope));
+                own[j].reach.set_lane(lane, number::<S>(penalty.reach));
+                own[j].stiffness.set_lane(lane, number::<S>(penalty.stiffness));
             }
         }
     }
 
-    /// The fence of a kind at the vertex between the edges j and j + 1.
+    /// The penalty of a kind at the vertex between the edges j and j + 1.
     #[inline(always)]
-    pub fn fence(&self, kind: usize, j: usize) -> Fence<S> {
-        if self.fences[kind].is_empty() { Fence::NONE } else { self.fences[kind][j] }
+    pub fn penalty(&self, kind: usize, j: usize) -> Penalty<S> {
+        if self.penalties[kind].is_empty() { Penalty::NONE } else { self.penalties[kind][j] }
     }
 
     /// Copies the factors of a closed lane's first edges to the edges that repeat them.
@@ -283,31 +284,31 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         functional.visit(Summing { edges: self }).unwrap_or(S::ZERO)
     }
 
-    /// Adds weight · the gauge of a kind, as [`Plan::gauge`](super::plan::Plan::gauge) has it.
-    pub fn add_gauge(&mut self, kind: usize, weight: S) -> S {
+    /// Adds weight · the regularisation of a kind, as [`Plan::regularisation`](super::plan::Plan::regularisation) has it.
+    pub fn add_regularisation(&mut self, kind: usize, weight: S) -> S {
         match kind {
-            0 | 1 => return S::run(Sweep { edges: self, weight, term: &DifferenceGauge }),
-            2 => return S::run(Sweep { edges: self, weight, term: &Gauge }),
+            0 | 1 => return S::run(Sweep { edges: self, weight, term: &DifferenceRegularisation }),
+            2 => return S::run(Sweep { edges: self, weight, term: &RatioRegularisation }),
             _ => {}
         }
-        let mut value = S::run(Sweep { edges: self, weight, term: &SmoothGauge });
+        let mut value = S::run(Sweep { edges: self, weight, term: &SmoothRegularisation });
         if !self.closed {
             for j in 0..self.windows::<2>() {
                 let at_ends = weight * self.ends(j);
-                value += self.scatter::<DifferenceGauge, 2>(
+                value += self.scatter::<DifferenceRegularisation, 2>(
                     j,
                     at_ends,
-                    &DifferenceGauge.gradient(&self.window(&DifferenceGauge, j)),
+                    &DifferenceRegularisation.gradient(&self.window(&DifferenceRegularisation, j)),
                 );
             }
         }
         value
     }
 
-    /// The way between the curvatures at both ends of the edge after edge j.
+    /// The distance between the curvatures at both ends of the edge after edge j.
     #[inline(always)]
-    pub fn way(&self, j: usize) -> Way<S> {
-        Way::of([0, 1, 2].map(|k| self.length[j + k]))
+    pub fn curvature_distance(&self, j: usize) -> CurvatureDistance<S> {
+        CurvatureDistance::of([0, 1, 2].map(|k| self.length[j + k]))
     }
 
     /// The window of W edges that starts at edge j, as a term sees it.
@@ -325,7 +326,9 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
             taut: self.taut[j],
             free: self.free[j],
             free_after: if W > 2 { self.free[j + 1] } else { S::ZERO },
-            fence: term.fence().map_or(Fence::NONE, |kind| self.fences[kind].get(j).copied().unwrap_or(Fence::NONE)),
+            penalty: term
+                .penalty()
+                .map_or(Penalty::NONE, |kind| self.penalties[kind].get(j).copied().unwrap_or(Penalty::NONE)),
         }
     }
 
@@ -341,7 +344,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         if self.closed { self.exists[j] } else { self.exists[j + W - 1] }
     }
 
-    /// The gauge's factor at the vertex between the edges j and j + 1: 0 at a data point.
+    /// The regularisation's factor at the vertex between the edges j and j + 1: 0 at a data point.
     #[inline(always)]
     pub fn free(&self, j: usize) -> S {
         self.free[j]

@@ -22,8 +22,8 @@ pub(crate) const GROUP: usize = 64;
 /// Up to three more are computed twice.
 const BLOCK_VERTICES: usize = 32;
 
-/// The order of the gauge that is evaluated.
-const GAUGE: usize = 2;
+/// The order of the regularisation that is evaluated.
+const REGULARISATION: usize = 2;
 
 /// `EvaluateParams` of `evaluate.wgsl`.
 #[repr(C)]
@@ -66,11 +66,11 @@ pub(crate) fn evaluate_kernels(precision: Precision) -> Vec<KernelKey> {
     let named = || Energy::NAMES.iter().filter_map(|name| Energy::named(name)).filter(|energy| !energy.is_geodesic());
     let all = named().fold(bending(3.0), |sum, energy| sum + energy);
     let alone = named().chain([bending(2.5), bending(2.7)]).map(|energy| (energy, 0));
-    let forms = alone.chain([(all, GAUGE), (tension(), GAUGE)]);
+    let forms = alone.chain([(all, REGULARISATION), (tension(), REGULARISATION)]);
     let mut keys = Vec::new();
-    for (energy, gauge) in forms {
+    for (energy, regularisation) in forms {
         for dimension in [2, 3] {
-            let composition = Composition::of(&energy, gauge, dimension, precision).expect("built in");
+            let composition = Composition::of(&energy, regularisation, dimension, precision).expect("built in");
             keys.extend(["value", "slope", "gradient", "hessian"].map(|e| evaluate_kernel(&composition, e, precision)));
         }
     }
@@ -100,9 +100,9 @@ pub(super) fn evaluate_on_gpu<const D: usize>(
     evaluating: &Evaluating<'_>,
     curves: &[&PreparedCurve<'_, D>],
 ) -> Result<Vec<Evaluation>> {
-    let Evaluate { want, gauge, .. } = evaluating.options;
-    let gauge = if gauge.is_some() { GAUGE } else { 0 };
-    let composition = Composition::of(evaluating.energy, gauge, D, precision).map_err(Error::Argument)?;
+    let Evaluate { want, regularisation, .. } = evaluating.options;
+    let regularisation = if regularisation.is_some() { REGULARISATION } else { 0 };
+    let composition = Composition::of(evaluating.energy, regularisation, D, precision).map_err(Error::Argument)?;
     let job = Job { evaluating, curves, composition };
     let result = if want.has_hessian() { BLOCKS * D * D } else { D };
     let real = precision.bytes();
@@ -147,8 +147,8 @@ impl<const D: usize> Job<'_, D> {
     }
 
     fn weights(&self, curve: &PreparedCurve<'_, D>) -> DeviceWeights {
-        let gauge = self.evaluating.gauge(curve.i).unwrap_or(0.0);
-        self.composition.weights(size(curve.points), gauge, curve.torsion_curvature)
+        let regularisation = self.evaluating.regularisation(curve.i).unwrap_or(0.0);
+        self.composition.weights(size(curve.points), regularisation, curve.torsion_curvature)
     }
 
     fn blocks(&self, chunk: &Range<usize>) -> Vec<VertexRange> {
@@ -236,14 +236,14 @@ impl<const D: usize> Job<'_, D> {
         for (block, sums) in self.blocks(chunk).iter().zip(sums.iter().flat_map(|sums| sums.chunks_exact(3))) {
             totals[block.curve as usize].iter_mut().zip(sums).for_each(|(total, x)| *total += x);
         }
-        for (((start, curve), [energy, gauge, slope]), found) in self.chunk(chunk).zip(totals).zip(found) {
+        for (((start, curve), [energy, regularisation, slope]), found) in self.chunk(chunk).zip(totals).zip(found) {
             let (size, unit, rows) = (size(curve.points), self.weights(curve).unit, start..start + curve.points.len());
             let of_rows = |numbers: &[f64], a_row: usize, unit: f64| {
                 in_units(&numbers[rows.start * a_row..rows.end * a_row], unit)
             };
             let hessian = hessians.as_ref().map_or(vec![], |all| of_rows(all, BLOCKS * D * D, unit / size / size));
             *found = Evaluation {
-                value: unit * energy + unit * gauge,
+                value: unit * energy + unit * regularisation,
                 slope: unit * slope,
                 gradient: gradients.as_ref().map_or(vec![], |all| of_rows(all, D, unit / size)),
                 hessian: self.evaluating.hessian::<D>(curve.i, hessian),

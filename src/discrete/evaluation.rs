@@ -3,7 +3,7 @@
 //! Nothing is fitted. The points of a batch are the vertices.
 
 use super::edges::Edges;
-use super::energy::{Energy, Hold, TORSION_CURVATURE, of_spans};
+use super::energy::{Anchor, Energy, TORSION_CURVATURE, of_spans};
 use super::hessian::{BLOCKS, BlockHessian, dense};
 use crate::batch::{CurveBatch, Unfitted};
 use crate::bounds::Bounds;
@@ -35,11 +35,11 @@ pub struct Evaluate<'a> {
     /// By default it is [`TORSION_CURVATURE`] over the diagonal of the bounding box of each curve's
     /// vertices.
     pub torsion_curvature: Option<f64>,
-    /// The gauge of fair curves.
+    /// The regularisation of fair curves.
     ///
     /// If given, it is part of all results.
     #[doc(hidden)]
-    pub gauge: Option<Gauging<'a>>,
+    pub regularisation: Option<SpacingRegularisation<'a>>,
 }
 
 /// What to compute for every curve.
@@ -61,10 +61,10 @@ pub enum Want<'a> {
     Blocks,
 }
 
-/// The gauge that keeps edges between data points equal.
+/// The regularisation that keeps edges between data points equal.
 #[derive(Clone, Copy, Debug)]
-pub struct Gauging<'a> {
-    /// The weight of the gauge for every curve.
+pub struct SpacingRegularisation<'a> {
+    /// The weight of the regularisation for every curve.
     pub weights: &'a [f64],
     /// For every vertex of the batch, whether it is a data point.
     pub is_data: &'a [bool],
@@ -181,15 +181,15 @@ impl<'a> Evaluating<'a> {
         }
     }
 
-    /// The weight of a curve's gauge.
-    pub fn gauge(&self, i: usize) -> Option<f64> {
-        self.options.gauge.map(|gauge| gauge.weights[i])
+    /// The weight of a curve's regularisation.
+    pub fn regularisation(&self, i: usize) -> Option<f64> {
+        self.options.regularisation.map(|regularisation| regularisation.weights[i])
     }
 
-    /// Which vertices of a curve are data points for the gauge.
+    /// Which vertices of a curve are data points for the regularisation.
     pub fn is_data(&self, i: usize) -> Option<&'a [bool]> {
         let offsets = self.batch.offsets();
-        self.options.gauge.map(|gauge| &gauge.is_data[offsets[i]..offsets[i + 1]])
+        self.options.regularisation.map(|regularisation| &regularisation.is_data[offsets[i]..offsets[i + 1]])
     }
 
     /// The direction at a curve, if a slope is wanted.
@@ -254,19 +254,19 @@ impl<'a> Evaluating<'a> {
         for (weight, functional) in self.energy.terms() {
             values += edges.add(S::of(*weight), functional);
         }
-        let gauge = self.options.gauge.map(|gauge| {
+        let regularisation = self.options.regularisation.map(|regularisation| {
             let mut weights = S::ZERO;
-            (0..S::LANES).for_each(|l| weights.set_lane(l, gauge.weights[lane(l).i]));
+            (0..S::LANES).for_each(|l| weights.set_lane(l, regularisation.weights[lane(l).i]));
             (2, weights)
         });
-        if let Some((order, weights)) = gauge {
-            values += edges.add_gauge(order, weights);
+        if let Some((order, weights)) = regularisation {
+            values += edges.add_regularisation(order, weights);
         }
         // Hessians are large, so their curves come alone.
         let mut blocks = (S::LANES == 1 && self.options.want.has_hessian()).then(|| BlockHessian::new(&edges));
         if let Some(blocks) = &mut blocks {
             let terms = self.energy.terms().iter().map(|(weight, functional)| (S::of(*weight), functional));
-            blocks.assemble(&edges, &terms.collect::<Vec<_>>(), gauge);
+            blocks.assemble(&edges, &terms.collect::<Vec<_>>(), regularisation);
         }
         edges.gradient(&vec![S::ONE; edges.rows()], &mut gradients);
         let weight = self.energy.attachment_weight();
@@ -281,8 +281,8 @@ impl<'a> Evaluating<'a> {
                     gradient[vertex][c] += w * away;
                 }
                 if let Some(blocks) = &mut blocks {
-                    let hold = Hold { spring: S::of(w), ..Hold::NONE };
-                    blocks.add_block(vertex, hold.hessian([S::ZERO; D]));
+                    let anchor = Anchor { spring: S::of(w), ..Anchor::NONE };
+                    blocks.add_block(vertex, anchor.hessian([S::ZERO; D]));
                 }
             }
             let along = |direction: &[Vector<f64, D>]| {

@@ -70,7 +70,7 @@ words!(Pins, "choice of points": [
 ///
 /// A curve passes through its data points, or is attached to them. It starts from the natural or
 /// periodic spline through the points. It then descends by Newton's method, damped in the Sobolev
-/// metric that suits the energy (see [`Energy`] and [`Solver`]). A gauge keeps edges between
+/// metric that suits the energy (see [`Energy`] and [`Solver`]). A regularisation keeps edges between
 /// data points equal, and does not change the shape.
 ///
 /// Planar curves with tautness in their energy that cross themselves where the polygon of their points does not are
@@ -122,7 +122,7 @@ words!(Pins, "choice of points": [
 /// # Ok::<(), faircurve::Error>(())
 /// ```
 ///
-/// Source: R. J. Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006). The gauge, the
+/// Source: R. J. Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006). The regularisation, the
 /// metric at pins and the tangents by half edges are faircurve's.
 #[derive(Clone, Debug)]
 pub struct Fair {
@@ -185,7 +185,7 @@ pub struct Fair {
     /// where a limit begins to hold or edges of two lengths meet: of 40 rough curves with 16 edges a span by 4 % at the
     /// median and 20 % at most, and by less with more edges. No curve goes back along a direction between vertices either.
     /// Ends have no curvature. What lies between vertices of a region leaves it by κh²/8 at most, and no edge cuts a disc to stay out
-    /// of, but for those at pinned points, which have no wall.
+    /// of, but for those at pinned points, which no region constrains.
     ///
     /// Iterations are those of all rounds. The descents are in f64. Kernels without f64 leave them to the CPU.
     ///
@@ -305,15 +305,15 @@ impl Fair {
     /// How its descents of an energy go.
     pub(super) fn plan(&self, energy: &Energy) -> Plan {
         let order = energy.order();
-        let gauge = match order {
+        let regularisation = match order {
             // Of weight 0 where nothing is attached.
             1 => 2,
-            2 if self.surface.is_some() || energy.is_fenced() => 1,
+            2 if self.surface.is_some() || energy.has_limits() => 1,
             _ => order,
         };
         let is_attached = self.deviation.is_some() || energy.is_attached();
         // Nothing spaces the edges of a shortest curve through its points.
         let solver = if order == 1 && !is_attached { Solver::Sobolev } else { self.solver };
-        Plan { solver, order, gauge }
+        Plan { solver, order, regularisation }
     }
 }

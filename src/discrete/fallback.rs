@@ -84,7 +84,7 @@ async fn descend_either_way<const D: usize>(rough: &Rough<'_, D>, angles: Angles
         rough.go_on(&mut outcome, left).await;
     }
     if ending == Ending::Found && outcome.termination == TerminationStatus::Stalled && !rough.is_folded(&outcome) {
-        rough.go_on_regauged(&mut outcome).await;
+        rough.resume_with_new_regularisation(&mut outcome).await;
     }
     outcome
 }
@@ -112,18 +112,18 @@ impl<const D: usize> Rough<'_, D> {
         outcome.go_on(self.curve.descend(Box::new(problem), self.goal).await.1);
     }
 
-    /// Goes on from a curve that stalls where its angles led it, with a gauge for the spans that it has now.
+    /// Goes on from a curve that stalls where its angles led it, with a regularisation for the spans that it has now.
     ///
-    /// The gauge's weight falls with the fifth power of the edges' length: where a span has become ten times as long,
+    /// The regularisation's weight falls with the fifth power of the edges' length: where a span has become ten times as long,
     /// the one set for the start is 10⁵ times too stiff. It is tried first all the same, since with 16 edges a span a
     /// softer one lets polygons fold. What folds already is left.
-    async fn go_on_regauged(&self, outcome: &mut Outcome<D>) {
+    async fn resume_with_new_regularisation(&self, outcome: &mut Outcome<D>) {
         // What runs away shows it soon, or is left.
         let most = if self.problem.longest.is_finite() { VERDICT } else { u32::MAX };
         let most_iterations = self.problem.most_iterations.min(most).saturating_sub(outcome.iterations);
         if most_iterations > 0 {
             let mut problem = Problem { most_iterations, ..self.problem.rebased(&outcome.displacements) };
-            problem.regauge();
+            problem.reset_regularisation();
             outcome.go_on(self.curve.descend(Box::new(problem), self.goal).await.1);
         }
     }

@@ -35,7 +35,7 @@ impl Fair {
     /// - `degenerate` and `invalid`: the curve cannot be fitted.
     ///
     /// Curves of the last three statuses come out as their input. The reported energy is the
-    /// weighted sum asked for, in units of the input, without the gauge.
+    /// weighted sum asked for, in units of the input, without the regularisation.
     ///
     /// The device's [counter](Device::with_counter) counts curves as they are finished. A curve cut
     /// at [`corners`](Self::corners) counts with its last piece.

@@ -20,7 +20,7 @@ use super::block::{
     transpose,
 };
 use super::edges::Edges;
-use super::energy::gauge::{DifferenceGauge, Gauge, SmoothGauge};
+use super::energy::regularisation::{DifferenceRegularisation, RatioRegularisation, SmoothRegularisation};
 use super::energy::{Functional, MOST_EDGES, Term, Visitor};
 use super::stretches::Stretches;
 #[cfg(test)]
@@ -106,23 +106,28 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         &self.stretches
     }
 
-    /// Assembles the blocks of the weighted sum of functionals and of the gauge.
+    /// Assembles the blocks of the weighted sum of functionals and of the regularisation.
     ///
-    /// The derivatives are those of the curve at which the edges are placed. The gauge is given by
+    /// The derivatives are those of the curve at which the edges are placed. The regularisation is given by
     /// its order and weight.
-    pub fn assemble(&mut self, edges: &Edges<S, D>, terms: &[(S, &Functional)], gauge: Option<(usize, S)>) {
+    pub fn assemble(&mut self, edges: &Edges<S, D>, terms: &[(S, &Functional)], regularisation: Option<(usize, S)>) {
         let of_terms = terms.iter().map(|(_, functional)| functional.order()).max().unwrap_or(0);
-        self.reach = of_terms.max(gauge.map_or(0, |(order, _)| order.max(2)));
+        self.reach = of_terms.max(regularisation.map_or(0, |(order, _)| order.max(2)));
         self.is_empty = false;
-        self.add_tiles::<true>(edges, terms, gauge);
+        self.add_tiles::<true>(edges, terms, regularisation);
     }
 
     /// Assembles the blocks of functionals of tangents, and leaves those of lengths alone in [`Stretches`].
     ///
     /// The order of all is at most 2.
-    pub fn assemble_by_tangents(&mut self, edges: &Edges<S, D>, terms: &[(S, &Functional)], gauge: Option<(usize, S)>) {
+    pub fn assemble_by_tangents(
+        &mut self,
+        edges: &Edges<S, D>,
+        terms: &[(S, &Functional)],
+        regularisation: Option<(usize, S)>,
+    ) {
         self.reach = 2;
-        self.stretches.gather(edges, terms, gauge);
+        self.stretches.gather(edges, terms, regularisation);
         self.is_empty = !terms.iter().any(|(_, functional)| functional.is_by_tangent());
         if !self.is_empty {
             self.add_tiles::<false>(edges, terms, None);
@@ -134,7 +139,7 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         &mut self,
         edges: &Edges<S, D>,
         terms: &[(S, &Functional)],
-        gauge: Option<(usize, S)>,
+        regularisation: Option<(usize, S)>,
     ) {
         let zero = [[[S::ZERO; D]; D]; COUPLED];
         let most = edges.most();
@@ -146,7 +151,7 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
                     functional.visit(Assembling { hessian: self, edges, tile: tile.clone(), weight: *weight });
                 }
             }
-            self.add_gauge(edges, tile.clone(), gauge);
+            self.add_regularisation(edges, tile.clone(), regularisation);
             self.scatter(tile.clone(), 0);
             // The windows of this tile have added to edges after it. Those sums move to the next
             // tile.
@@ -161,24 +166,24 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         self.close();
     }
 
-    fn add_gauge(&mut self, edges: &Edges<S, D>, tile: Range<usize>, gauge: Option<(usize, S)>) {
-        match gauge {
+    fn add_regularisation(&mut self, edges: &Edges<S, D>, tile: Range<usize>, regularisation: Option<(usize, S)>) {
+        match regularisation {
             Some((3.., weight)) => {
-                Assembling { hessian: self, edges, tile: tile.clone(), weight }.visit(&SmoothGauge);
-                self.add_gauge_at_ends(edges, tile, weight);
+                Assembling { hessian: self, edges, tile: tile.clone(), weight }.visit(&SmoothRegularisation);
+                self.add_regularisation_at_ends(edges, tile, weight);
             }
-            Some((2, weight)) => Assembling { hessian: self, edges, tile, weight }.visit(&Gauge),
-            Some((_, weight)) => Assembling { hessian: self, edges, tile, weight }.visit(&DifferenceGauge),
+            Some((2, weight)) => Assembling { hessian: self, edges, tile, weight }.visit(&RatioRegularisation),
+            Some((_, weight)) => Assembling { hessian: self, edges, tile, weight }.visit(&DifferenceRegularisation),
             None => (),
         }
     }
 
-    /// Adds the gauge of first differences beside the ends of open curves.
+    /// Adds the regularisation of first differences beside the ends of open curves.
     ///
-    /// It belongs to the gauge of second differences.
-    fn add_gauge_at_ends(&mut self, edges: &Edges<S, D>, tile: Range<usize>, weight: S) {
+    /// It belongs to the regularisation of second differences.
+    fn add_regularisation_at_ends(&mut self, edges: &Edges<S, D>, tile: Range<usize>, weight: S) {
         for start in tile.start..if self.closed { tile.start } else { tile.end.min(edges.windows::<2>()) } {
-            self.add_window(edges, start, start - tile.start, weight * edges.ends(start), &DifferenceGauge);
+            self.add_window(edges, start, start - tile.start, weight * edges.ends(start), &DifferenceRegularisation);
         }
     }
 

@@ -1,31 +1,31 @@
 //! A curve that keeps its [`Limits`](super::Limits).
 //!
 //! ```text
-//! curve without limits ─► rounds between fences ─► the fairest within its limits
+//! curve without limits ─► rounds between penalties ─► the fairest within its limits
 //! ```
 //!
 //! A curve that keeps its limits without them stays as it is.
 //!
-//! Vertices could change their spacing to keep a limit, since |K| depends on it. A gauge of [`GAUGE`] times the weight
+//! Vertices could change their spacing to keep a limit, since |K| depends on it. A regularisation of [`REGULARISATION`] times the weight
 //! does not let them.
 
 use super::area::Area;
 use super::curve_limits::CurveLimits;
 use super::disc::Discs;
-use super::fences::{Fences, INITIAL_PENALTY};
 use super::lane::TerminationStatus;
+use super::limit_multipliers::{INITIAL_PENALTY, LimitMultipliers};
 use super::limits_result::{Ending, LimitsResult};
 use super::multipliers::{Constrained, Multipliers, Schedule};
 use super::problem::Outcome;
 use super::queue::{CurveFit, Goal};
+use super::region_constraints::RegionConstraints;
 use super::separation::SeparatingHalfPlane;
 use super::setup::PreparedCurve;
 use super::stretch::Stretch;
-use super::walls::Walls;
 use crate::linalg::scalar::add;
 
-/// The weight of the gauge, in units of its weight without limits.
-const GAUGE: f64 = 30.0;
+/// The weight of the regularisation, in units of its weight without limits.
+const REGULARISATION: f64 = 30.0;
 
 /// A curve without given tangents and regions that is this many times as long as where it started keeps its limits by
 /// loops. So does a planar one that crosses itself as it did not there.
@@ -34,17 +34,17 @@ const GAUGE: f64 = 30.0;
 /// longer the rounder, without a gap between bulges and loops: the number is a choice.
 const LOOPS: f64 = 1.5;
 
-/// The first ρ of fences in units of E/m. With the second go curves once more that only loops would keep, or that did not
+/// The first ρ of penalties in units of E/m. With the second go curves once more that only loops would keep, or that did not
 /// converge.
 ///
-/// Between soft fences a curve passes over the low barrier that is between its own turn and a loop. Of 30 curves that did
+/// Between soft penalties a curve passes over the low barrier that is between its own turn and a loop. Of 30 curves that did
 /// so, where an interior-point method finds one near, 28 keep their limits with the second.
 const FIRSTS: [f64; 2] = [INITIAL_PENALTY, 1e3];
 
-/// The rounds between fences. The first has the largest tolerance.
+/// The rounds between penalties. The first has the largest tolerance.
 const SCHEDULE: Schedule = Schedule { roughly: 1e-2, of_violation: 0.05, rounds: 40, iterations: 25 };
 
-/// The part of a lifted curve's energy that counts at least. With all of it walls are so stiff at first that curves stay
+/// The part of a lifted curve's energy that counts at least. With all of it penalties are so stiff at first that curves stay
 /// where they were lifted to.
 const LIFTED: f64 = 0.01;
 
@@ -53,13 +53,13 @@ const LIFTED: f64 = 0.01;
 pub(super) enum Start {
     /// A descent without limits.
     Free,
-    /// Curves that keep them, from which soft fences would let them go. The stiffer [`FIRSTS`] is the first.
+    /// Curves that keep them, from which soft penalties would let them go. The stiffer [`FIRSTS`] is the first.
     WithinLimits,
 }
 
 /// The multipliers of a curve with limits.
 struct Limited<const D: usize> {
-    fences: Fences<D>,
+    penalties: LimitMultipliers<D>,
     stretch: Option<Stretch>,
     area: Option<Area>,
     rounds: Constrained<D>,
@@ -76,7 +76,7 @@ impl<const D: usize> Limited<D> {
     ) -> Self {
         let problem = &mut ready.problem;
         problem.weights.resize(curve.energy(Goal::Limited).terms().len(), 1.0);
-        let lifted = limits.walls.as_ref().and_then(|walls| walls.lift(&problem.places, problem.closed));
+        let lifted = limits.regions.as_ref().and_then(|regions| regions.lift(&problem.places, problem.closed));
         let outcome = lifted.map(Outcome::moved);
         let mut energy = energy;
         if let Some(outcome) = &outcome {
@@ -86,19 +86,19 @@ impl<const D: usize> Limited<D> {
         }
         let stretch = limits.longest.map(|longest| Stretch::new(longest, energy, !free.is_nan(), problem));
         let area = limits.enclosed.map(|enclosed| Area::new(enclosed, energy, problem));
-        let fences = Fences::around(problem, limits, energy, first);
+        let penalties = LimitMultipliers::around(problem, limits, energy, first);
         // Ratios are bounded, and a limit could be kept by edges of very unequal lengths.
         if curve.fair.energy.order() == 2 && curve.fair.surface.is_none() {
-            problem.gauge_differences();
+            problem.regularise_differences();
         }
-        problem.gauge *= GAUGE;
+        problem.regularisation *= REGULARISATION;
         problem.tolerance = SCHEDULE.roughly.max(curve.fair.tolerance);
-        Limited { fences, stretch, area, rounds: Constrained::new(ready, outcome) }
+        Limited { penalties, stretch, area, rounds: Constrained::new(ready, outcome) }
     }
 
     /// Descends in rounds, and says how these end. The curve stays in discs too, if it has any.
     async fn descend(mut self, curve: &CurveFit<'_, D>, discs: Option<&mut Discs>) -> (Self, Ending) {
-        let mut all: Vec<&mut (dyn Multipliers<D> + Send)> = vec![&mut self.fences];
+        let mut all: Vec<&mut (dyn Multipliers<D> + Send)> = vec![&mut self.penalties];
         if let Some(discs) = discs {
             all.push(discs);
         }
@@ -111,7 +111,7 @@ impl<const D: usize> Limited<D> {
         self.rounds = self.rounds.descend(curve, Goal::Limited, &mut all, &SCHEDULE).await;
         let is_given_up = all.iter().any(|own| own.is_given_up());
         let is_settled = all.iter().all(|own| own.is_settled());
-        let worst = self.rounds.ready.problem.worst(&self.fences.limits);
+        let worst = self.rounds.ready.problem.worst(&self.penalties.limits);
         let ending = match (is_given_up, is_settled && worst.is_none_or(|worst| worst.excess <= 0.0)) {
             (true, _) => Ending::GivenUp,
             (_, true) => Ending::Kept,
@@ -193,23 +193,24 @@ fn judged<const D: usize>(
     energy: f64,
 ) -> ((Outcome<D>, LimitsResult), bool) {
     let CurveFit { fair, batch, i, .. } = *curve;
-    let Limited { fences: Fences { limits, .. }, rounds: Constrained { ready, outcome, .. }, .. } = limited;
+    let Limited { penalties: LimitMultipliers { limits, .. }, rounds: Constrained { ready, outcome, .. }, .. } =
+        limited;
     let outcome = outcome.expect("rounds have descended");
     let kept = LimitsResult::of(fair, batch, &ready, &limits, i, [outcome.energy, energy], ending);
     let mut without = start.clone();
-    if limits.walls.is_some() {
+    if limits.regions.is_some() {
         without.place();
     }
     without.problem.rebase(&free.displacements);
     let without = LimitsResult::of(fair, batch, &without, &limits, i, [energy; 2], Ending::Loops);
     // A way around a region may be as long as it likes.
-    let has_no_regions = limits.walls.as_ref().is_none_or(Walls::has_sides_alone);
+    let has_no_regions = limits.regions.as_ref().is_none_or(RegionConstraints::has_sides_alone);
     let is_longer = has_no_regions && kept.report.stretch > LOOPS * without.report.stretch;
     let is_good = ending != Ending::Unsettled && outcome.termination == TerminationStatus::Converged;
     let mut within = free.clone();
     within.go_on(outcome);
     // One that keeps to its side of neighbours must not go back across them.
-    let has_sides = limits.walls.as_ref().is_some_and(Walls::has_sides);
+    let has_sides = limits.regions.as_ref().is_some_and(RegionConstraints::has_sides);
     let crosses = D == 2 && !has_sides && !start.tangled(&within).is_empty() && start.tangled(free).is_empty();
     if (is_longer || crosses) && !ready.problem.has_tangents {
         return ((Outcome { iterations: within.iterations, ..free.clone() }, without), false);
@@ -241,9 +242,9 @@ pub(super) async fn keep_within<const D: usize>(
     let energy = if has_converged { free } else { ready.problem.energy_of_base(&fair.energy) };
     let limited = Limited::new(curve, limits, ready, [energy, free], INITIAL_PENALTY);
     let (limited, ending) = limited.descend(curve, Some(discs)).await;
-    let Limited { fences, rounds: Constrained { ready, outcome: found, .. }, .. } = limited;
+    let Limited { penalties, rounds: Constrained { ready, outcome: found, .. }, .. } = limited;
     let found = found.expect("rounds have descended");
-    let kept = LimitsResult::of(fair, batch, &ready, &fences.limits, i, [found.energy, free], ending);
+    let kept = LimitsResult::of(fair, batch, &ready, &penalties.limits, i, [found.energy, free], ending);
     outcome.go_on(found);
     (ready, Some(kept))
 }

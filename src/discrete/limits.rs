@@ -8,10 +8,10 @@ mod tests;
 
 pub(super) use along::{Polygon, Span, spans};
 pub(super) use kinds::{Broken, LimitKind};
-pub(super) use region::Form;
 pub use region::Region;
+pub(super) use region::RegionConstraint;
 
-use super::energy::WAYS;
+use super::energy::MOST_DIRECTIONS;
 use crate::batch::CurveBatch;
 use crate::error::{Error, Result};
 use crate::linalg::scalar::{self, Vector};
@@ -227,13 +227,13 @@ impl Limits {
     }
 
     /// The unit vectors along the directions of [`monotone`](Self::monotone) curves, then zeros.
-    pub(super) fn ways(&self) -> [[f64; 3]; WAYS] {
-        let mut ways = [[0.0; 3]; WAYS];
-        for (way, direction) in ways.iter_mut().zip(&self.monotone) {
+    pub(super) fn directions(&self) -> [[f64; 3]; MOST_DIRECTIONS] {
+        let mut directions = [[0.0; 3]; MOST_DIRECTIONS];
+        for (unit, direction) in directions.iter_mut().zip(&self.monotone) {
             let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
-            *way = direction.map(|x| x / length);
+            *unit = direction.map(|x| x / length);
         }
-        ways
+        directions
     }
 }
 

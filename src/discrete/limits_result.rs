@@ -2,7 +2,7 @@
 
 use super::curve_limits::CurveLimits;
 use super::fair::Fair;
-use super::fences::{Limit, Worst};
+use super::limit_multipliers::{Limit, Worst};
 use super::limits::{Broken, LimitKind, Region};
 use super::setup::PreparedCurve;
 use crate::batch::CurveBatch;
@@ -158,7 +158,7 @@ fn words<const D: usize>(
             let at = add(scale(ready.size, place), ready.vertices[0]);
             let at: Vec<String> = at.iter().map(|x| format!("{x:.6}")).collect();
             let at = at.join(", ");
-            if let Some(neighbour) = limits.walls.as_ref().and_then(|walls| walls.neighbour(k)) {
+            if let Some(neighbour) = limits.regions.as_ref().and_then(|regions| regions.neighbour(k)) {
                 let label = batch.label(neighbour);
                 return (format!("it leaves its side of curve {label} at ({at})"), "curves to cross".into());
             }

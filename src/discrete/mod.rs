@@ -11,7 +11,7 @@
 //!   pinned. [`Energy::evaluate`] gives values, gradients and Hessians of given curves.
 //! - An energy is a sum of terms over the tangents and lengths of one, two or three consecutive
 //!   edges. [Energies of your own](Energy::custom) take part in the same way, on a GPU too.
-//! - Curves descend by Newton's method, (H + λL) p = −g. The gauge keeps edges between data points
+//! - Curves descend by Newton's method, (H + λL) p = −g. The regularisation keeps edges between data points
 //!   equal, and does not change the shape. With it the Hessian H is regular at a minimum, and three
 //!   steps suffice. L is the Sobolev inner product of the energy's order. λ grows from 0 where H is
 //!   indefinite or a step fails. The decrement √(−g·p) says when it is enough.
@@ -38,7 +38,7 @@
 //! | `queue` | what curves ask for |
 //! | `continuation`, `fallback`, `minimise` | the way of a curve to a minimum |
 //! | `self_intersections`, `restarts` | minima that do not cross themselves, and the cheapest of several |
-//! | `multipliers`, `fences`, `walls`, `stretch`, `area`, `disc` | constraints |
+//! | `multipliers`, `limit_multipliers`, `region_constraints`, `stretch`, `area`, `disc` | constraints |
 //! | `limited`, `deviation`, `separation` | curves within limits, near their points, apart from each other |
 //! | `pieces`, `fit` | a batch from its options to its reports |
 //!
@@ -78,12 +78,12 @@ mod evaluate_gpu;
 mod evaluation;
 mod fair;
 mod fallback;
-mod fences;
 mod fit;
 mod flat;
 mod groups;
 mod hessian;
 mod lane;
+mod limit_multipliers;
 mod limited;
 mod limits;
 mod limits_result;
@@ -96,6 +96,7 @@ mod pieces;
 mod plan;
 mod problem;
 mod queue;
+mod region_constraints;
 mod restarts;
 mod self_intersections;
 mod separation;
@@ -111,14 +112,13 @@ mod tangent_planes;
 #[cfg(test)]
 mod tests;
 mod verdict;
-mod walls;
 mod within;
 
 pub(crate) use descent_gpu::descent_kernels;
 pub use energy::*;
 pub(crate) use evaluate_gpu::evaluate_kernels;
 #[doc(hidden)]
-pub use evaluation::Gauging;
+pub use evaluation::SpacingRegularisation;
 pub use evaluation::{Evaluate, Evaluation, Want};
 pub use fair::{Fair, Pins, Segments};
 pub use limits::{Limits, Region};

@@ -1,6 +1,6 @@
 //! [`Newton`]: the systems (H + λL) p = −g of curves side by side.
 //!
-//! H is the Hessian of the energies and the gauge, λ ≥ 0 is the damping, and L is the inner product
+//! H is the Hessian of the energies and the regularisation, λ ≥ 0 is the damping, and L is the inner product
 //! w Σ D_k g · D_k h Δs of the energy's order k, plus what holds attached points. With L the number
 //! of steps does not depend on the number of vertices. λ = 0 is Newton's method. Sobolev gradients
 //! have λ = 0 and their [metric](super::sobolev) in the place of H.
@@ -155,7 +155,7 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         &mut self,
         edges: &Edges<S, D>,
         terms: &[(S, &Functional)],
-        gauge: Option<(usize, S)>,
+        regularisation: Option<(usize, S)>,
         weights: &Weights<S>,
         lambda: S,
     ) {
@@ -167,8 +167,8 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         }
         match self.plan.solver {
             Solver::Sobolev => self.hessian.assemble_metric(self.plan.order, edges, weights.highest),
-            Solver::Newton if self.is_in_surfaces() => self.hessian.assemble_by_tangents(edges, terms, gauge),
-            Solver::Newton => self.hessian.assemble(edges, terms, gauge),
+            Solver::Newton if self.is_in_surfaces() => self.hessian.assemble_by_tangents(edges, terms, regularisation),
+            Solver::Newton => self.hessian.assemble(edges, terms, regularisation),
         }
         if self.is_damped() {
             S::run(Damp { newton: self, edges, weight: weights.highest });
@@ -183,7 +183,7 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
 
     /// Adds what holds a vertex: its Hessian to H, and its stiffness to L.
     #[inline(always)]
-    pub fn hold(&mut self, row: usize, hessian: Block<S, D>, stiffness: S) {
+    pub fn add_at_vertex(&mut self, row: usize, hessian: Block<S, D>, stiffness: S) {
         match self.plan.solver {
             Solver::Newton => self.hessian.add_block(row, hessian),
             Solver::Sobolev => self.hessian.add_block(row, scaled(stiffness)),
@@ -260,7 +260,7 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
     fn damp_third(&mut self, edges: &Edges<S, D>, weight: S) {
         let two = S::of(2.0);
         for j in 0..edges.windows::<3>() {
-            let weight = weight * edges.starts::<3>(j) * edges.way(j).inverse;
+            let weight = weight * edges.starts::<3>(j) * edges.curvature_distance(j).inverse;
             let [r0, r1, r2] = [0, 1, 2].map(|k| edges.inverse[j + k]);
             let before = two / (edges.length[j] + edges.length[j + 1]);
             let after = two / (edges.length[j + 1] + edges.length[j + 2]);

@@ -29,6 +29,6 @@ pub(crate) struct Plan {
     pub solver: Solver,
     /// The order of the inner product, 1 to 3.
     pub order: usize,
-    /// The kind of the gauge: 0 for none, 1 of differences, 2 of ratios, 3 of second differences.
-    pub gauge: usize,
+    /// The kind of the regularisation: 0 for none, 1 of differences, 2 of ratios, 3 of second differences.
+    pub regularisation: usize,
 }

@@ -7,7 +7,7 @@ use std::f64::consts::TAU;
 use super::descent::Descent;
 use super::edges::Edges;
 use super::enclosed::Enclosing;
-use super::energy::{Energy, FENCE_KINDS, Fence, Functional, Hold, MOST_EDGES, Wall};
+use super::energy::{Anchor, Energy, Functional, LIMIT_KINDS, MOST_EDGES, Penalty, RegionPenalty};
 use super::groups::Groups;
 use super::lane::{Bounds, TerminationStatus};
 use super::newton::{Newton, Weights};
@@ -53,17 +53,17 @@ pub(crate) struct Problem<const D: usize> {
     pub attached: Vec<Attached<D>>,
     /// The weight of each term of the energy at size 1.
     pub weights: Vec<f64>,
-    pub gauge: f64,
-    /// The factors of differences of edge lengths in the gauge at each vertex.
+    pub regularisation: f64,
+    /// The factors of differences of edge lengths in the regularisation at each vertex.
     ///
     /// 0 at data points.
     pub free: Vec<f64>,
     /// 1/w² of every edge, with w the width of its span at size 1; empty where the energy does not ask for it.
     pub taut: Vec<f64>,
-    /// The fences of each kind at each vertex; empty without limits.
-    pub fences: [Vec<Fence<f64>>; FENCE_KINDS],
-    /// The walls that each vertex keeps from, one a layer; empty without limits of places.
-    pub walls: Vec<Vec<Wall<f64, D>>>,
+    /// The penalties of each kind at each vertex; empty without limits.
+    pub penalties: [Vec<Penalty<f64>>; LIMIT_KINDS],
+    /// The region penalties of each vertex, one per layer; empty without regions.
+    pub regions: Vec<Vec<RegionPenalty<f64, D>>>,
     /// What keeps the area that it encloses, in the plane.
     pub enclosing: Enclosing<f64>,
     /// Where each vertex of the base lies, from the first vertex of the start on; empty without limits of places and
@@ -95,13 +95,13 @@ pub(crate) struct Attached<const D: usize> {
     pub target: Vector<f64, D>,
     /// What the inner product holds the vertex with.
     pub stiffness: f64,
-    pub hold: Hold<f64, D>,
+    pub anchor: Anchor<f64, D>,
 }
 
 impl<const D: usize> Attached<D> {
     /// A vertex at a spring.
     pub fn spring(row: u32, weight: f64, target: Vector<f64, D>) -> Self {
-        Attached { row, target, stiffness: weight, hold: Hold { spring: weight, ..Hold::NONE } }
+        Attached { row, target, stiffness: weight, anchor: Anchor { spring: weight, ..Anchor::NONE } }
     }
 }
 
@@ -111,7 +111,7 @@ pub(crate) struct Outcome<const D: usize> {
     /// Displacements of the vertices from the base.
     pub displacements: Vec<Vector<f64, D>>,
     pub termination: TerminationStatus,
-    /// The energy without the gauge.
+    /// The energy without the regularisation.
     pub energy: f64,
     /// The decrement √(−g·p).
     pub norm: f64,
@@ -210,8 +210,8 @@ impl<const D: usize> Problem<D> {
     /// Whether nothing but its edges and pins makes the curve.
     fn is_plain(&self) -> bool {
         self.attached.is_empty()
-            && self.walls.is_empty()
-            && self.fences.iter().all(Vec::is_empty)
+            && self.regions.is_empty()
+            && self.penalties.iter().all(Vec::is_empty)
             && self.enclosing.stiffness == 0.0
             && self.surface.is_none()
     }
@@ -222,7 +222,7 @@ impl<const D: usize> Problem<D> {
             edges: self.base.len(),
             is_plain: self.is_plain(),
             is_attached: !self.attached.is_empty(),
-            has_gauge: self.gauge != 0.0,
+            has_regularisation: self.regularisation != 0.0,
             pinned: &self.pinned,
         }
     }
@@ -231,7 +231,7 @@ impl<const D: usize> Problem<D> {
     fn take_place<S: Scalar>(&self, descent: &mut Descent<'_, S, D>, l: usize) {
         descent.edges.lay(l, &self.base, |row| self.free[row]);
         descent.edges.set_taut(l, &self.taut);
-        descent.replace(l, &self.weights, [self.highest, self.gauge], &self.bounds());
+        descent.replace(l, &self.weights, [self.highest, self.regularisation], &self.bounds());
     }
 
     /// The largest turn of its data points' polygon, as |T′ − T|².
@@ -263,7 +263,7 @@ impl<const D: usize> Problem<D> {
         }
         for (row, u) in u.iter().enumerate() {
             self.places.get_mut(row).into_iter().for_each(|place| *place = add(*place, *u));
-            self.walls.iter_mut().for_each(|walls| walls[row].foot = subtract(walls[row].foot, *u));
+            self.regions.iter_mut().for_each(|regions| regions[row].foot = subtract(regions[row].foot, *u));
         }
     }
 
@@ -308,22 +308,22 @@ impl<const D: usize> Problem<D> {
         feet * 1.1 * f64::from(f32::EPSILON) * (0.5 * self.highest * energy).sqrt() * self.base.len() as f64 / length
     }
 
-    /// The energy of the base at size 1, without gauge and attachments.
+    /// The energy of the base at size 1, without regularisation and attachments.
     pub fn energy_of_base(&self, energy: &Energy) -> f64 {
-        Problem { attached: vec![], walls: vec![], ..self.clone() }.at_base(energy).0
+        Problem { attached: vec![], regions: vec![], ..self.clone() }.at_base(energy).0
     }
 
     /// The energy of what holds the vertices of the base.
     pub fn energy_of_holds(&self) -> f64 {
-        self.attached.iter().map(|attached| attached.hold.value(attached.target.map(|x| -x))).sum()
+        self.attached.iter().map(|attached| attached.anchor.value(attached.target.map(|x| -x))).sum()
     }
 
-    /// The energy, without the gauge, and the length of the base.
+    /// The energy, without the regularisation, and the length of the base.
     fn at_base(&self, energy: &Energy) -> (f64, f64) {
         let functionals: Vec<&Functional> = energy.terms().iter().map(|(_, functional)| functional).collect();
-        let plan = Plan { solver: Solver::default(), order: energy.order(), gauge: 0 };
+        let plan = Plan { solver: Solver::default(), order: energy.order(), regularisation: 0 };
         let mut at_base = start::<f64, D>(&plan, &functionals, &[self]);
-        (at_base.energy_without_gauge(), at_base.edges.total_length())
+        (at_base.energy_without_regularisation(), at_base.edges.total_length())
     }
 
     /// Whether two curves may share a pass.
@@ -389,7 +389,7 @@ struct Shape<'a> {
     edges: usize,
     is_plain: bool,
     is_attached: bool,
-    has_gauge: bool,
+    has_regularisation: bool,
     pinned: &'a [u32],
 }
 
@@ -457,7 +457,7 @@ pub(crate) fn descend<S: Scalar, const D: usize>(
             |descent: &Descent<'_, S, D>, l: &usize| descent.lanes[*l].termination != TerminationStatus::Running;
         let ended: Vec<usize> = (0..in_lanes.len()).filter(|l| has_ended(&descent, l)).collect();
         if !descent.is_running() || (!waiting.is_empty() && 2 * ended.len() >= S::LANES) {
-            let energy = descent.energy_without_gauge();
+            let energy = descent.energy_without_regularisation();
             let is_last = waiting.is_empty();
             for l in ended {
                 outcomes[in_lanes[l]].get_or_insert_with(|| outcome(&descent, l, energy));
@@ -513,31 +513,31 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
         (0..problem.vertices()).for_each(|row| movable[row].set_lane(l, S::ONE.lane(0)));
         problem.pinned.iter().for_each(|&row| movable[row as usize].set_lane(l, S::ZERO.lane(0)));
     }
-    let (holds, vertices) = holds_of(&lanes, edges.rows());
-    let layers = members.iter().map(|problem| problem.walls.len()).max().unwrap_or(0);
-    let mut walls = vec![vec![Wall::<S, D>::NONE; if layers > 0 { edges.rows() } else { 0 }]; layers];
+    let (anchors, vertices) = anchors_of(&lanes, edges.rows());
+    let layers = members.iter().map(|problem| problem.regions.len()).max().unwrap_or(0);
+    let mut regions = vec![vec![RegionPenalty::<S, D>::NONE; if layers > 0 { edges.rows() } else { 0 }]; layers];
     for (l, problem) in lanes.iter().enumerate() {
-        for (to, walls) in walls.iter_mut().zip(&problem.walls) {
-            to.iter_mut().zip(walls).for_each(|(to, wall)| to.set_lane(l, wall));
+        for (to, regions) in regions.iter_mut().zip(&problem.regions) {
+            to.iter_mut().zip(regions).for_each(|(to, penalty)| to.set_lane(l, penalty));
         }
     }
     let is_sliding = |problem: &Problem<D>| problem.is_loose() && problem.surface.is_some();
-    let attached = !holds.is_empty() || lanes.iter().any(|problem| is_sliding(problem));
+    let attached = !anchors.is_empty() || lanes.iter().any(|problem| is_sliding(problem));
     let weights = Weights { highest: each(&lanes, |problem| problem.highest), vertices, attached };
     let terms = functionals.iter().enumerate().map(|(k, f)| (each(&lanes, |problem| problem.weights[k]), *f)).collect();
-    let gauge = each(&lanes, |problem| problem.gauge);
+    let regularisation = each(&lanes, |problem| problem.regularisation);
     let bounds: Vec<Bounds> = lanes.iter().map(|problem| problem.bounds()).collect();
     let limited = |order: usize| order_of(order, lanes[0].closed, lanes[0].vertices());
     // A triangle has no room for the third derivative.
     let order = limited(plan.order);
-    // Two vertices have no room for the gauge. Without it edges may share a length in any way, and H
+    // Two vertices have no room for the regularisation. Without it edges may share a length in any way, and H
     // is singular.
     let wanted = plan.order.max(2);
-    let has_hessian = limited(wanted) == wanted && lanes[0].gauge != 0.0;
+    let has_hessian = limited(wanted) == wanted && lanes[0].regularisation != 0.0;
     let solver = if has_hessian { plan.solver } else { Solver::Sobolev };
-    let plan = Plan { solver, order, gauge: limited(plan.gauge) };
-    let mut descent = Descent::new(plan, edges, movable, weights, terms, gauge, holds, &bounds);
-    descent.walls = walls;
+    let plan = Plan { solver, order, regularisation: limited(plan.regularisation) };
+    let mut descent = Descent::new(plan, edges, movable, weights, terms, regularisation, anchors, &bounds);
+    descent.regions = regions;
     for (l, problem) in lanes.iter().enumerate() {
         descent.enclosing.set_lane(l, &problem.enclosing);
         descent.is_enclosing |= problem.enclosing.stiffness > 0.0;
@@ -558,7 +558,7 @@ fn edges_of<S: Scalar, const D: usize>(plan: &Plan, lanes: &[&Problem<D>]) -> Ed
     let mut edges = Edges::<S, D>::new(lanes[0].closed, &bases, |l, v| lanes[l].free[v]);
     for (l, problem) in lanes.iter().enumerate() {
         edges.set_taut(l, &problem.taut);
-        edges.set_fences(l, &problem.fences);
+        edges.set_penalties(l, &problem.penalties);
     }
     if plan.order > 2 {
         edges.stand_for_ends();
@@ -569,12 +569,12 @@ fn edges_of<S: Scalar, const D: usize>(plan: &Plan, lanes: &[&Problem<D>]) -> Ed
 /// What holds the vertices of curves side by side, empty where nothing is attached, and the weight of
 /// |g|² at each vertex in the inner product.
 #[allow(clippy::type_complexity)]
-fn holds_of<S: Scalar, const D: usize>(
+fn anchors_of<S: Scalar, const D: usize>(
     lanes: &[&Problem<D>],
     rows: usize,
-) -> (Vec<(Vector<S, D>, Hold<S, D>)>, Vec<S>) {
+) -> (Vec<(Vector<S, D>, Anchor<S, D>)>, Vec<S>) {
     let attached = lanes.iter().any(|problem| !problem.attached.is_empty());
-    let mut holds = vec![([S::ZERO; D], Hold::<S, D>::NONE); if attached { rows } else { 0 }];
+    let mut anchors = vec![([S::ZERO; D], Anchor::<S, D>::NONE); if attached { rows } else { 0 }];
     let mut weights = vec![S::ZERO; rows];
     for (l, problem) in lanes.iter().enumerate() {
         if problem.is_loose() && problem.surface.is_some() {
@@ -584,10 +584,10 @@ fn holds_of<S: Scalar, const D: usize>(
         for attached in &problem.attached {
             let row = attached.row as usize;
             weights[row].set_lane(l, number::<S>(attached.stiffness));
-            let (target, hold) = &mut holds[row];
+            let (target, anchor) = &mut anchors[row];
             (0..D).for_each(|c| target[c].set_lane(l, number::<S>(attached.target[c])));
-            hold.set_lane(l, &attached.hold);
+            anchor.set_lane(l, &attached.anchor);
         }
     }
-    (holds, weights)
+    (anchors, weights)
 }

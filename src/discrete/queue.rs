@@ -15,7 +15,7 @@ use std::pin::Pin;
 use std::sync::Mutex;
 use std::task::{Context, Poll, Waker};
 
-use super::curve_limits::fencing;
+use super::curve_limits::limit_terms;
 use super::descent_gpu::descend_on_gpu;
 use super::energy::Energy;
 use super::fair::{Fair, Segments};
@@ -165,8 +165,8 @@ impl<'a> Queue<'a> {
         let descender = |energy: Energy| Descender::new(fair, energy, is_well_conditioned, device);
         let stages = fair.energy.stages().into_iter();
         let stages = stages.map(|bound| Ok((bound, descender(fair.energy.within(bound))?)));
-        let fencing = fencing::<D>(&fair.limits, batch, separating, fair.surface.is_some());
-        let limited = fencing.map(|fencing| descender(fair.energy.fenced(fencing)));
+        let limit_terms = limit_terms::<D>(&fair.limits, batch, separating, fair.surface.is_some());
+        let limited = limit_terms.map(|limit_terms| descender(fair.energy.with_limits(limit_terms)));
         let free = descender(fair.energy.clone())?;
         Ok(Queue { device, stages: stages.collect::<Result<_>>()?, limited: limited.transpose()?, free })
     }
@@ -324,7 +324,7 @@ impl<'a> Descender<'a> {
             },
         };
         // f32 has not the digits for order 3 and for limits. Some surfaces have kernels in f64 alone.
-        let needs_f64 = plan.order > 2 || energy.is_fenced();
+        let needs_f64 = plan.order > 2 || energy.has_limits();
         let precision =
             device.kernel_precision(gpu, is_well_conditioned && !needs_f64 && has_kernel(Precision::F32))?;
         // No kernel has the metric of order 3, or the area.

@@ -34,7 +34,7 @@ const REMEDIES: [(bool, u32, &str); 4] = [
 
 /// A minimum is lower than another if it is so by this part.
 ///
-/// The same one has an energy that differs by some 1e-6, since the gauge is the start's.
+/// The same one has an energy that differs by some 1e-6, since the regularisation is the start's.
 const LOWER: f64 = 1e-4;
 
 /// The fewest edges a span of a curve that a finer one starts from.

@@ -24,7 +24,7 @@ use crate::status::CurveStatus;
 use crate::{Constraints, Unfitted};
 
 /// The γ h³/w at which the tangential and the normal stiffness of a vertex are equal.
-const GAUGE: f64 = 1.0;
+const REGULARISATION: f64 = 1.0;
 
 /// The least mean curvature, as a fraction of 1/size.
 ///
@@ -262,9 +262,9 @@ fn ready<const D: usize>(
     }
     let highest = highest_weight(&fair.energy, &weights, length, curvature);
     let h = length / base.len() as f64;
-    let (gauge, power) = gauge_of(order, order < 3 && fair.surface.is_none(), highest, h);
+    let (regularisation, power) = regularisation_of(order, order < 3 && fair.surface.is_none(), highest, h);
     // Length alone lets vertices of attached curves run together. Pinned curves take one step.
-    let has_gauge = order > 1 || (order == 1 && fair.energy.attachment_weight() > 0.0);
+    let has_regularisation = order > 1 || (order == 1 && fair.energy.attachment_weight() > 0.0);
     let chords: f64 = batch.chords(i).sum();
     let problem = Box::new(Problem {
         has_tangents: short > 0,
@@ -275,7 +275,7 @@ fn ready<const D: usize>(
         pinned,
         attached,
         weights,
-        gauge: if has_gauge { gauge } else { 0.0 },
+        regularisation: if has_regularisation { regularisation } else { 0.0 },
         taut: if fair.energy.is_taut() { of_spans(points, rows, closed, size) } else { Vec::new() },
         surface: local(fair, vertices, size),
         highest,
@@ -439,34 +439,34 @@ fn attach<const D: usize>(targets: &mut Vec<Attached<D>>, row: u32, weight: f64,
     }
 }
 
-/// The weight of the gauge of an order for edges of length h, and the power of h/h_s in the factor of a span.
+/// The weight of the regularisation of an order for edges of length h, and the power of h/h_s in the factor of a span.
 ///
-/// The gauge of ratios, of orders 1 and 2, has no unit of length.
-fn gauge_of(order: usize, is_of_ratios: bool, highest: f64, h: f64) -> (f64, f64) {
+/// The regularisation of ratios, of orders 1 and 2, has no unit of length.
+fn regularisation_of(order: usize, is_of_ratios: bool, highest: f64, h: f64) -> (f64, f64) {
     let (of_h, of_ratio) = (1 - 2 * order as i32, order.max(2) as f64 - 0.5);
     let (of_h, of_ratio) = if is_of_ratios { (of_h + 2, of_ratio - 1.0) } else { (of_h, of_ratio) };
-    (GAUGE * highest * h.powi(of_h), of_ratio)
+    (REGULARISATION * highest * h.powi(of_h), of_ratio)
 }
 
 impl<const D: usize> Problem<D> {
-    /// Sets the gauge of order 3 for the edges of the base, whose spans may have grown since it was set.
-    pub(super) fn regauge(&mut self) {
+    /// Sets the regularisation of order 3 for the edges of the base, whose spans may have grown since it was set.
+    pub(super) fn reset_regularisation(&mut self) {
         let lengths: Vec<f64> = self.base.iter().map(|edge| dot(*edge, *edge).sqrt()).collect();
         let h = lengths.iter().sum::<f64>() / lengths.len() as f64;
-        let (gauge, power) = gauge_of(3, false, self.highest, h);
-        self.gauge = gauge;
+        let (regularisation, power) = regularisation_of(3, false, self.highest, h);
+        self.regularisation = regularisation;
         self.free = free(&lengths, &self.data, self.closed, power);
     }
 
-    /// Makes the gauge of ratios of order 2 that of differences, which is the same for the edges that it was set for.
-    pub(super) fn gauge_differences(&mut self) {
-        let inverse = self.gauge / (GAUGE * self.highest);
-        self.gauge *= inverse * inverse;
+    /// Makes the regularisation of ratios of order 2 that of differences, which is the same for the edges that it was set for.
+    pub(super) fn regularise_differences(&mut self) {
+        let inverse = self.regularisation / (REGULARISATION * self.highest);
+        self.regularisation *= inverse * inverse;
         self.free.iter_mut().for_each(|free| *free = free.powi(3));
     }
 }
 
-/// The factors of the gauge at each vertex.
+/// The factors of the regularisation at each vertex.
 ///
 /// They are (h/h_s)^power. h_s is the mean edge of the vertex's span, and h that of all edges. In
 /// every span the tangential stiffness then equals the normal stiffness. Factors are 0 at data

@@ -7,7 +7,7 @@
 //! | 3 | w Σ D(N D₂g) · D(N D₂h) Δs |
 //!
 //! N is the projection across the curve at data points, and 1 elsewhere: along the curve neither an
-//! energy nor the gauge resists a turn at a data point, and a metric that did would call soft
+//! energy nor the regularisation resists a turn at a data point, and a metric that did would call soft
 //! directions stiff. What holds attached points is added.
 //!
 //! After a step s along which the gradient changed by y, the next step is ⟨s, s⟩/y·s. It follows
@@ -76,7 +76,7 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
             for (row, before) in row.iter_mut().zip([b0, b1, b2]) {
                 subtract_block(row, &before);
             }
-            self.add_square(j, weight * edges.starts::<3>(j) * edges.way(j).inverse, &row);
+            self.add_square(j, weight * edges.starts::<3>(j) * edges.curvature_distance(j).inverse, &row);
         }
     }
 

@@ -4,7 +4,7 @@
 //! Its length falls as w grows. The multiplier of the limit is the w at which it is L. It is sought by secants through
 //! the last two, of the length over ln w.
 
-use super::fences::{FEASIBILITY_TOLERANCE, MARGIN};
+use super::limit_multipliers::{FEASIBILITY_TOLERANCE, MARGIN};
 use super::multipliers::Multipliers;
 use super::problem::Problem;
 

@@ -13,7 +13,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::edges::Edges;
-use super::energy::gauge::{DifferenceGauge, Gauge};
+use super::energy::regularisation::{DifferenceRegularisation, RatioRegularisation};
 use super::energy::{Functional, MOST_EDGES, Term, Visitor};
 use crate::linalg::{Scalar, operation};
 
@@ -46,20 +46,20 @@ impl<S: Scalar> Stretches<S> {
         &self.edges[edge]
     }
 
-    /// Adds up those of all terms, and of the gauge by its kind and weight.
+    /// Adds up those of all terms, and of the regularisation by its kind and weight.
     pub fn gather<const D: usize>(
         &mut self,
         edges: &Edges<S, D>,
         terms: &[(S, &Functional)],
-        gauge: Option<(usize, S)>,
+        regularisation: Option<(usize, S)>,
     ) {
         self.edges.fill(Stretch { along: [S::ZERO; MOST_EDGES], across: S::ZERO });
         for (weight, functional) in terms {
             functional.visit(Gathering { stretches: self, edges, weight: *weight });
         }
-        match gauge {
-            Some((2, weight)) => Gathering { stretches: self, edges, weight }.visit(&Gauge),
-            Some((_, weight)) => Gathering { stretches: self, edges, weight }.visit(&DifferenceGauge),
+        match regularisation {
+            Some((2, weight)) => Gathering { stretches: self, edges, weight }.visit(&RatioRegularisation),
+            Some((_, weight)) => Gathering { stretches: self, edges, weight }.visit(&DifferenceRegularisation),
             None => {}
         }
     }

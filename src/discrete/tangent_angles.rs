@@ -16,7 +16,7 @@
 //!
 //! The first goal is bending with length, from whose curve the energy's own minimum is near. The result starts
 //! [`Newton`](super::newton)'s method at the vertices again, which ends at a minimum of the very energy: here edges
-//! of a span are exactly alike, and there the gauge makes them so but for O(h²).
+//! of a span are exactly alike, and there the regularisation makes them so but for O(h²).
 //!
 //! All of it is done on the host in f64, on every device: few curves need it, and it needs sines.
 

@@ -1,10 +1,12 @@
-//! What energies must be, below the public evaluation: Hessians, the gauge, lanes, single precision.
+//! What energies must be, below the public evaluation: Hessians, the regularisation, lanes, single precision.
 
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
 use super::edges::Edges;
-use super::energy::{Energy, Fence, Fencing, Functional, MOST_EDGES, WAYS, Wall, bending, length, variation};
+use super::energy::{
+    Energy, Functional, LimitTerms, MOST_DIRECTIONS, MOST_EDGES, Penalty, RegionPenalty, bending, length, variation,
+};
 use super::hessian::{BlockHessian, dense};
 use super::limits::{LimitKind, Limits};
 use crate::linalg::scalar::{Vector, subtract};
@@ -17,7 +19,7 @@ struct Found<T> {
     hessian: Vec<T>,
 }
 
-/// All lanes' curves in one go; `None` is the gauge.
+/// All lanes' curves in one go; `None` is the regularisation.
 fn evaluate<S: Scalar, const D: usize>(
     closed: bool,
     curves: &[Vec<Vector<f64, D>>],
@@ -28,11 +30,12 @@ fn evaluate<S: Scalar, const D: usize>(
     // Every third vertex is a data point. In spans of short edges differences count more.
     let mut edges = Edges::<S, D>::new(closed, &bases, |_, v| [0.0, 1.5, 0.4][v % 3]);
     for (lane, curve) in curves.iter().enumerate() {
-        // Beyond every fence: the second derivative of one jumps at its edge.
-        let fence = |slope: f64, v: usize| Fence { slope: slope + 0.1 * (v % 3) as f64, reach: 40.0, stiffness: 0.02 };
+        // Beyond every penalty: the second derivative of one jumps at its edge.
+        let penalty =
+            |slope: f64, v: usize| Penalty { slope: slope + 0.1 * (v % 3) as f64, reach: 40.0, stiffness: 0.02 };
         let slopes = [0.7, -0.4, 1.1, 0.9, -0.8, 0.6, 0.5];
-        let fences = slopes.map(|slope| (0..curve.len()).map(|v| fence(slope, v)).collect());
-        edges.set_fences(lane, &fences);
+        let penalties = slopes.map(|slope| (0..curve.len()).map(|v| penalty(slope, v)).collect());
+        edges.set_penalties(lane, &penalties);
     }
     let rows = edges.rows();
     let zero = vec![[S::ZERO; D]; rows];
@@ -45,7 +48,7 @@ fn evaluate<S: Scalar, const D: usize>(
     let weight = S::of(0.7);
     let value = match functional {
         Some(functional) => edges.add(weight, functional),
-        None => edges.add_gauge(2, weight),
+        None => edges.add_regularisation(2, weight),
     };
     let mut hessian = BlockHessian::new(&edges);
     let terms: Vec<(S, &Functional)> = functional.map(|f| (weight, f)).into_iter().collect();
@@ -73,17 +76,17 @@ fn curve<const D: usize>(closed: bool, count: usize, rng: &mut StdRng) -> Vec<Ve
     (0..count).map(|v| std::array::from_fn(|c| at(v)[c] + shake * rng.random_range(-0.5..0.5))).collect()
 }
 
-/// Every functional that has a term, the gauge, and a user's.
+/// Every functional that has a term, the regularisation, and a user's.
 fn functionals() -> Vec<Option<Functional>> {
     let named = Energy::NAMES.iter().filter_map(|name| Energy::named(name));
     let named = named.filter(|energy| energy.order() > 0 && !energy.is_geodesic());
     let custom = (1..=MOST_EDGES).map(mixed).chain([every_operation()]);
-    let limits = Limits { monotone: vec![[0.48, 0.6, -0.64]; WAYS], ..Limits::default() };
-    let fences = LimitKind::<3>::ALL.map(|kind| {
+    let limits = Limits { monotone: vec![[0.48, 0.6, -0.64]; MOST_DIRECTIONS], ..Limits::default() };
+    let penalties = LimitKind::<3>::ALL.map(|kind| {
         let quantities = vec![(kind.functional)(&limits, false)];
-        Energy::default().fenced(Fencing { quantities, ..Fencing::default() })
+        Energy::default().with_limits(LimitTerms { quantities, ..LimitTerms::default() })
     });
-    let all = named.chain([1.0, 1.5, 3.0, 4.0].map(bending)).chain(custom).chain(fences);
+    let all = named.chain([1.0, 1.5, 3.0, 4.0].map(bending)).chain(custom).chain(penalties);
     all.map(|energy| Some(energy.terms()[0].1.clone())).chain([None]).collect()
 }
 
@@ -250,19 +253,19 @@ fn products_are_those_of_the_full_matrix() {
 }
 
 #[test]
-fn derivatives_of_walls_are_differences() {
-    let wall = Wall { stiffness: 3.0, ..Wall::NONE };
-    let walls = [
+fn derivatives_of_regions_are_differences() {
+    let penalty = RegionPenalty { stiffness: 3.0, ..RegionPenalty::NONE };
+    let regions = [
         // A half-space, a disc to stay within, one to stay out of, and a corridor at its side and at its end.
-        Wall { axis: [0.6, 0.8], plane: 2.0, ..wall },
-        Wall { foot: [1.0, 1.0], bend: 2.0, reach: -0.3, ..wall },
-        Wall { foot: [0.5, 0.1], bend: -2.0, reach: 0.9, ..wall },
-        Wall { foot: [0.0, 1.0], axis: [0.8, -0.6], span: 2.0, bend: 5.0, reach: -0.01, ..wall },
-        Wall { foot: [0.0, 1.0], axis: [0.8, -0.6], span: 0.1, bend: 5.0, reach: -0.05, ..wall },
+        RegionPenalty { axis: [0.6, 0.8], plane: 2.0, ..penalty },
+        RegionPenalty { foot: [1.0, 1.0], bend: 2.0, reach: -0.3, ..penalty },
+        RegionPenalty { foot: [0.5, 0.1], bend: -2.0, reach: 0.9, ..penalty },
+        RegionPenalty { foot: [0.0, 1.0], axis: [0.8, -0.6], span: 2.0, bend: 5.0, reach: -0.01, ..penalty },
+        RegionPenalty { foot: [0.0, 1.0], axis: [0.8, -0.6], span: 0.1, bend: 5.0, reach: -0.05, ..penalty },
     ];
-    for wall in walls {
+    for penalty in regions {
         let u: Vector<f64, 2> = [0.7, 0.3];
-        assert!(wall.value(u) > 0.0, "{wall:?}");
+        assert!(penalty.value(u) > 0.0, "{penalty:?}");
         let step = 1e-6;
         for c in 0..2 {
             let moved = |by: f64| {
@@ -270,15 +273,15 @@ fn derivatives_of_walls_are_differences() {
                 u[c] += by;
                 u
             };
-            let slope = (wall.value(moved(step)) - wall.value(moved(-step))) / (2.0 * step);
-            assert!((slope - wall.gradient(u)[c]).abs() < 1e-8, "{wall:?}");
+            let slope = (penalty.value(moved(step)) - penalty.value(moved(-step))) / (2.0 * step);
+            assert!((slope - penalty.gradient(u)[c]).abs() < 1e-8, "{penalty:?}");
             for d in 0..2 {
-                let bend = (wall.gradient(moved(step))[d] - wall.gradient(moved(-step))[d]) / (2.0 * step);
-                let (bends, largest) = (wall.hessian(u), wall.stiffness * (1.0 + wall.bend * wall.bend));
-                assert!((bend - bends[c][d]).abs() < 1e-7 * largest, "{wall:?}: {bend} {bends:?}");
+                let bend = (penalty.gradient(moved(step))[d] - penalty.gradient(moved(-step))[d]) / (2.0 * step);
+                let (bends, largest) = (penalty.hessian(u), penalty.stiffness * (1.0 + penalty.bend * penalty.bend));
+                assert!((bend - bends[c][d]).abs() < 1e-7 * largest, "{penalty:?}: {bend} {bends:?}");
             }
         }
-        let away = Wall { reach: wall.reach - 10.0, ..wall };
+        let away = RegionPenalty { reach: penalty.reach - 10.0, ..penalty };
         assert_eq!((away.value(u), away.gradient(u), away.hessian(u)), (0.0, [0.0; 2], [[0.0; 2]; 2]));
     }
 }

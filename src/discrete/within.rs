@@ -15,8 +15,8 @@
 mod form;
 mod system;
 
-use self::form::Form;
 pub(crate) use self::form::Local;
+use self::form::RegionConstraint;
 pub(super) use self::form::has_kernel;
 use self::system::{Bend, Link, Saddle, add_edge, add_edges, in_plane};
 use super::block::{Block, times};
@@ -30,7 +30,7 @@ use crate::linalg::{Scalar, operation};
 
 /// The surface of every lane, and what it does to its vertices.
 pub(crate) struct Within<S, const D: usize> {
-    form: Form<S, D>,
+    form: RegionConstraint<S, D>,
     /// Where the vertices of the bases lie. Closed curves repeat their first.
     places: Vec<Vector<S, D>>,
     /// n where the vertices were last framed.
@@ -64,7 +64,7 @@ impl<S: Scalar, const D: usize> Within<S, D> {
             }
         }
         let locals: Vec<&Local> = lanes.iter().map(|(local, _)| *local).collect();
-        let form = Form::new(&locals);
+        let form = RegionConstraint::new(&locals);
         let shapes = if form.matrix().is_some() { 0 } else { rows };
         Within {
             places,
@@ -116,7 +116,7 @@ impl<S: Scalar, const D: usize> Within<S, D> {
             tangent: [edges.tangent[j], edges.tangent[j + 1]],
             measure: S::of(0.5) * (edges.length[j] + edges.length[j + 1]),
             normal: self.normals[j + 1],
-            fence: edges.fence(0, j),
+            penalty: edges.penalty(0, j),
         }
     }
 
@@ -182,7 +182,7 @@ impl<S: Scalar, const D: usize> Within<S, D> {
         value
     }
 
-    /// The value of geodesic bending and fences where the vertices were framed.
+    /// The value of geodesic bending and penalties where the vertices were framed.
     pub fn value(&self, edges: &Edges<S, D>, terms: &[(S, &Functional)]) -> S {
         let mut value = S::ZERO;
         for (weight, functional) in terms {
@@ -306,8 +306,8 @@ impl<S: Scalar, const D: usize> Within<S, D> {
                 saddle: self.saddles[j + 1],
                 third,
             };
-            let (measure, fence) = (turn.measure, turn.fence);
-            bend.add_to(system, j, weight * edges.starts::<2>(j), energy, measure, &fence);
+            let (measure, penalty) = (turn.measure, turn.penalty);
+            bend.add_to(system, j, weight * edges.starts::<2>(j), energy, measure, &penalty);
         }
     }
 }

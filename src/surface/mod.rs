@@ -213,7 +213,7 @@ pub trait SurfaceKernel {
     ///
     /// - `surface_jet(x: vector) -> SurfaceJet` for [`jet`](Surface::jet). The members of
     ///   `SurfaceJet` are `value: real`, `gradient: vector` and `hessian: matrix`.
-    /// - `surface_foot(x: vector) -> vector` for [`project`](Surface::project). If there is no
+    /// - `surface_project(x: vector) -> vector` for [`project`](Surface::project). If there is no
     ///   projection it returns `surface_nowhere(x)`, and the step that led there is refused. If the
     ///   text cannot tell it returns `surface_left(x)`, and the CPU fits the whole curve.
     ///

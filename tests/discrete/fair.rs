@@ -224,7 +224,7 @@ fn hundreds_of_gentle_curves_converge_in_about_ten_iterations() {
 
 #[test]
 fn spans_of_very_different_lengths_cost_no_more_iterations() {
-    // Each span has its own scale; a gauge of one strength for all would be soft in short ones.
+    // Each span has its own scale; a regularisation of one strength for all would be soft in short ones.
     let points = [[0.0, 0.0], [0.05, 0.01], [0.1, 0.0], [1.0, 0.2], [1.02, 0.21], [3.0, 0.0], [3.1, -0.03], [4.0, 0.1]];
     let (_, report) = fitted::<2>(&of(bending(2.0) + length()), &one(&points, false), 16);
     println!("{} iterations", report.iterations);

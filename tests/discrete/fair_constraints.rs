@@ -94,7 +94,7 @@ fn assert_stationary<const D: usize>(
             }
         }
         let after = energy_of(energy, &moved, closed);
-        // Edges that are equal, as the gauge keeps them, cost h⁴ more than the best: 5e-6 here.
+        // Edges that are equal, as the regularisation keeps them, cost h⁴ more than the best: 5e-6 here.
         assert!(after >= at - 1e-6 * at, "a move of {size:e} in span {span}: {after} below {at}");
     }
 }

@@ -148,7 +148,7 @@ fn rough_curves_keep_their_limits_or_are_infeasible() {
 
 #[test]
 fn curves_near_which_others_find_one_that_keeps_its_limits_are_not_called_infeasible() {
-    // Between soft fences all of them end in loops.
+    // Between soft penalties all of them end in loops.
     let batch = faircurve::io::read("tests/data/limits_near.csv").unwrap();
     let found = fit(&limited(bending(2.0) + 0.1 * length(), None, false), &batch);
     let kept = found.reports().iter().filter(|report| report.status == CurveStatus::Converged);

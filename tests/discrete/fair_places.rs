@@ -40,7 +40,7 @@ fn widths<const D: usize>(vertices: &[[f64; D]], points: &[[f64; D]]) -> Vec<f64
 
 #[test]
 fn energies_within_regions_are_those_of_an_interior_point_method() {
-    // Of the same sums by IPOPT 3.14, which starts from the chords. Its edges are equal in every span, where the gauge
+    // Of the same sums by IPOPT 3.14, which starts from the chords. Its edges are equal in every span, where the regularisation
     // lets a wall push them apart by a few thousandths. Vertices stay out of discs of √(r² + (1.01 h)²/4).
     let along = |direction| Limits { monotone: vec![direction], ..Limits::default() };
     let regions = |regions: &[Region]| Limits { regions: regions.to_vec(), ..Limits::default() };

@@ -3,7 +3,7 @@
 //!
 //! The reference has nothing in common with what is tested: it is made of smooth-connection
 //! segments, whose curvature follows from a Hamiltonian, and of optimal slopes at the points; no
-//! polygon, no energy of one, no gauge and no solver of ours.
+//! polygon, no energy of one, no regularisation and no solver of ours.
 
 use faircurve::discrete::{Fair, Segments, bending};
 use faircurve::scf::Smooth;

@@ -371,7 +371,7 @@ fn the_curve_goes_on_smoothly_across_spans_and_has_the_vertices_curvature() {
             let (e, f) = (minus(vertices[row], vertices[row - 1]), minus(vertices[row + 1], vertices[row]));
             let (s, t) = (norm(e), norm(f));
             let k = norm(minus(f.map(|x| x / t), e.map(|x| x / s))) / (0.5 * (s + t));
-            // K is not quite perpendicular to the tangent where edges differ, as the gauge leaves
+            // K is not quite perpendicular to the tangent where edges differ, as the regularisation leaves
             // them beside data points.
             assert!((jet.curvature(2).abs() - k).abs() <= 0.01 * k + 1e-9, "vertex {row}: {} {k}", jet.curvature(2));
         }

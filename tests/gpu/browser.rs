@@ -7,7 +7,9 @@ use std::process::Command;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use faircurve::bezier::{Energy, Given, Polygons, complete, elevate};
-use faircurve::discrete::{Evaluate, Fair, Gauging, Segments, Want, bending, length, tension, torsion, variation};
+use faircurve::discrete::{
+    Evaluate, Fair, Segments, SpacingRegularisation, Want, bending, length, tension, torsion, variation,
+};
 use faircurve::gpu::reflect::Access;
 use faircurve::gpu::{CapturedDispatch, Gpu};
 use faircurve::laplacian::{Grids, Reproduces, Rule, SparseRule, Subdivide};
@@ -158,9 +160,9 @@ fn discrete_energies(device: &Device) -> faircurve::Result<()> {
         let direction: Vec<f64> = batch.coords().iter().map(|x| x.cos()).collect();
         let (weights, is_data) = (vec![1.0; batch.len()], vec![false; batch.total_points()]);
         let energy = length() + tension() + bending(2.7) + variation() + torsion();
-        let gauge = Some(Gauging { weights: &weights, is_data: &is_data });
+        let regularisation = Some(SpacingRegularisation { weights: &weights, is_data: &is_data });
         for want in [Want::Value, Want::Slope(&direction), Want::Hessian] {
-            energy.evaluate(&batch, Evaluate { want, gauge, ..Evaluate::default() }, device)?;
+            energy.evaluate(&batch, Evaluate { want, regularisation, ..Evaluate::default() }, device)?;
         }
     }
     Ok(())

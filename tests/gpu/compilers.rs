@@ -124,7 +124,7 @@ fn kernel(key: &KernelKey) -> String {
         (false, true) if has("THIRD") => " Newton, lanes, order 3, planar",
         (false, true) if has("SURFACE") => " Newton, lanes, in a surface",
         (false, true) => " Newton, lanes",
-        (false, false) if FENCED.iter().any(|name| has(name)) => " Newton, thread, fenced",
+        (false, false) if LIMITED.iter().any(|name| has(name)) => " Newton, thread, with_limits",
         (false, false) if has("SPATIAL") => " Newton, thread, spatial",
         (false, false) => " Newton, thread, planar",
     };
@@ -139,7 +139,7 @@ const FAMILIES: [&str; 2] = ["vega20", "navi21"];
 const REGISTERS_F32: u64 = 128;
 
 /// What kernels of curves with limits are defined with.
-const FENCED: [&str; 2] = ["FENCES", "WALLS"];
+const LIMITED: [&str; 2] = ["PENALTIES", "REGIONS"];
 
 /// Kernels that spill, need scratch memory or too many registers in some form, and why. All others must not.
 const BEYOND: [(&str, &str); 7] = [
@@ -161,7 +161,7 @@ const BEYOND: [(&str, &str); 7] = [
         "for software alone: hardware takes lanes (src/discrete/descent_gpu/lanes.rs)",
     ),
     ("discrete/descent.wgsl:descend Sobolev, thread, spatial", "for software alone too"),
-    ("discrete/descent.wgsl:descend Newton, thread, fenced", "for software alone too"),
+    ("discrete/descent.wgsl:descend Newton, thread, with_limits", "for software alone too"),
 ];
 
 #[test]

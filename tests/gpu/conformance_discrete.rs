@@ -42,7 +42,7 @@ fn every_energy_of_walks_open_and_closed() {
             let others: Vec<usize> = (0..batch.len()).filter(|&i| !is_triangle(i)).collect();
             Case::new(batch.select(&others), &mut rng).conforms("walks", &torsion(), &PARTS, &device);
         }
-        case.clone().with_gauge().conforms("walks with a gauge", &everything(), &PARTS, &device);
+        case.clone().with_regularisation().conforms("walks with a regularisation", &everything(), &PARTS, &device);
     }
 }
 
@@ -107,7 +107,7 @@ fn a_permuted_batch_gives_the_same_bits() {
             let found = |batch: CurveBatch| {
                 let direction = batch.coords().iter().map(|x| x.cos()).collect();
                 let (points, weights) = (batch.coords().to_vec(), vec![NO_WEIGHT; batch.total_points()]);
-                Case { batch, gauge: None, points, weights, direction }.outcome(&energy, part, &device)
+                Case { batch, regularisation: None, points, weights, direction }.outcome(&energy, part, &device)
             };
             let (here, there) = (found(batch.clone()), found(batch.select(&order)));
             for (to, &from) in order.iter().enumerate() {

@@ -492,7 +492,7 @@ fn curves_with_limits_are_those_of_the_cpu() {
             let on_gpu = device.clone().with_precision(precision);
             let [cpu, gpu] =
                 [Device::cpu(), on_gpu].map(|on| fair.fit_sampled(&batch, Sampling::PerSpan(16), &on).unwrap());
-            // The descents between fences are in f64, from where those of f32 ended.
+            // The descents between penalties are in f64, from where those of f32 ended.
             let near = if precision == Precision::F64 { 1e-9 } else { 1e-6 };
             let (mut alike, mut farthest) = (0, 0.0f64);
             for (i, (a, b)) in cpu.0.reports().iter().zip(gpu.0.reports()).enumerate() {

@@ -141,7 +141,7 @@ fn curves_that_a_text_leaves_are_the_cpus_alone() {
         fn surface_jet(x: vector) -> SurfaceJet {
             return SurfaceJet(surface_value(x), surface_gradient(x), surface_hessian(x));
         }
-        fn surface_foot(x: vector) -> vector {
+        fn surface_project(x: vector) -> vector {
             if (x.x < real(0)) {
                 return surface_left(x);
             }

@@ -146,7 +146,7 @@ fn trial_along(curve: Curve, ring: BlockRing, found: Found, thread: u32) -> u32 
     if (ring.working) {
         swept = sweep(curve, load_weights(curve), ring.begin, ring.end);
     }
-    let whole = gathered(ring, thread, vec4<real>(swept.energy, swept.gauge, swept.slope, real(0)));
+    let whole = gathered(ring, thread, vec4<real>(swept.energy, swept.regularisation, swept.slope, real(0)));
     return judged(curve, ring, found, whole, thread);
 }
 

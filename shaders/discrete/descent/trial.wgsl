@@ -7,22 +7,22 @@ const TAUT_AT: u32 = 3u * $DIMu + 7u;
 const TAUT_AT: u32 = $DIMu + 2u;
 //:end
 //:if TAUT
-const FENCES_AT: u32 = TAUT_AT + 1u;
+const PENALTIES_AT: u32 = TAUT_AT + 1u;
 //:else
-const FENCES_AT: u32 = TAUT_AT;
+const PENALTIES_AT: u32 = TAUT_AT;
 //:end
-// The fences of a vertex follow each other, as many as the energy holds, and then its walls.
-//:if FENCES
-const WALLS_AT: u32 = FENCES_AT + 3u * $FENCESu;
+// The penalties of a vertex follow each other, as many as the energy holds, and then its region penalties.
+//:if PENALTIES
+const REGIONS_AT: u32 = PENALTIES_AT + 3u * $PENALTIESu;
 //:else
-const WALLS_AT: u32 = FENCES_AT;
+const REGIONS_AT: u32 = PENALTIES_AT;
 //:end
 // Numbers of a row of `fixed`.
-//:if WALLS
-const WALL_NUMBERS: u32 = 2u * $DIMu + 5u;
-const PLACE_AT: u32 = WALLS_AT + $WALLSu * WALL_NUMBERS;
+//:if REGIONS
+const REGION_NUMBERS: u32 = 2u * $DIMu + 5u;
+const PLACE_AT: u32 = REGIONS_AT + $REGIONSu * REGION_NUMBERS;
 //:else
-const PLACE_AT: u32 = WALLS_AT;
+const PLACE_AT: u32 = REGIONS_AT;
 //:end
 //:if SURFACE
 const FIXED: u32 = PLACE_AT + $DIMu;
@@ -205,28 +205,28 @@ fn load_taut(curve: Curve, j: u32) -> real {
 }
 //:end
 
-fn load_fence(curve: Curve, j: u32, k: u32) -> Fence {
-    let first = FENCES_AT + 3u * k;
-    var fence = Fence();
-    fence.slope = fixed[fixed_at(curve, j, first)];
-    fence.reach = fixed[fixed_at(curve, j, first + 1u)];
-    fence.stiffness = fixed[fixed_at(curve, j, first + 2u)];
-    return fence;
+fn load_penalty(curve: Curve, j: u32, k: u32) -> Penalty {
+    let first = PENALTIES_AT + 3u * k;
+    var penalty = Penalty();
+    penalty.slope = fixed[fixed_at(curve, j, first)];
+    penalty.reach = fixed[fixed_at(curve, j, first + 1u)];
+    penalty.stiffness = fixed[fixed_at(curve, j, first + 2u)];
+    return penalty;
 }
 
-//:if WALLS
-fn load_wall(curve: Curve, v: u32, layer: u32) -> Wall {
-    let first = WALLS_AT + layer * WALL_NUMBERS;
+//:if REGIONS
+fn load_region(curve: Curve, v: u32, layer: u32) -> RegionPenalty {
+    let first = REGIONS_AT + layer * REGION_NUMBERS;
     let numbers = first + 2u * $DIMu;
-    var wall = Wall();
-    wall.foot = fixed_vector(curve, v, first);
-    wall.axis = fixed_vector(curve, v, first + $DIMu);
-    wall.span = fixed[fixed_at(curve, v, numbers)];
-    wall.plane = fixed[fixed_at(curve, v, numbers + 1u)];
-    wall.bend = fixed[fixed_at(curve, v, numbers + 2u)];
-    wall.reach = fixed[fixed_at(curve, v, numbers + 3u)];
-    wall.stiffness = fixed[fixed_at(curve, v, numbers + 4u)];
-    return wall;
+    var penalty = RegionPenalty();
+    penalty.foot = fixed_vector(curve, v, first);
+    penalty.axis = fixed_vector(curve, v, first + $DIMu);
+    penalty.span = fixed[fixed_at(curve, v, numbers)];
+    penalty.plane = fixed[fixed_at(curve, v, numbers + 1u)];
+    penalty.bend = fixed[fixed_at(curve, v, numbers + 2u)];
+    penalty.reach = fixed[fixed_at(curve, v, numbers + 3u)];
+    penalty.stiffness = fixed[fixed_at(curve, v, numbers + 4u)];
+    return penalty;
 }
 //:end
 
@@ -245,15 +245,15 @@ fn load_stiffness(curve: Curve, v: u32) -> real {
     return fixed[fixed_at(curve, v, 2u * $DIMu + 2u)];
 }
 
-fn load_hold(curve: Curve, v: u32) -> Hold {
+fn load_anchor(curve: Curve, v: u32) -> Anchor {
     let first = 2u * $DIMu + 3u;
-    var hold = Hold();
-    hold.spring = fixed[fixed_at(curve, v, first)];
-    hold.wall = fixed[fixed_at(curve, v, first + 1u)];
-    hold.reach = fixed[fixed_at(curve, v, first + 2u)];
-    hold.place = fixed[fixed_at(curve, v, first + 3u)];
-    hold.rail = fixed_vector(curve, v, first + 4u);
-    return hold;
+    var anchor = Anchor();
+    anchor.spring = fixed[fixed_at(curve, v, first)];
+    anchor.stiffness = fixed[fixed_at(curve, v, first + 1u)];
+    anchor.reach = fixed[fixed_at(curve, v, first + 2u)];
+    anchor.along = fixed[fixed_at(curve, v, first + 3u)];
+    anchor.tangent = fixed_vector(curve, v, first + 4u);
+    return anchor;
 }
 //:end
 

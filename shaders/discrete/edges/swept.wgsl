@@ -1,6 +1,6 @@
-// What a sweep sums over its vertices: energies, the gauge apart, and the slope along a direction.
+// What a sweep sums over its vertices: energies, the regularisation apart, and the slope along a direction.
 struct Swept {
     energy: real,
-    gauge: real,
+    regularisation: real,
     slope: real,
 }

@@ -94,15 +94,15 @@ fn across_hessian(x: Across, t: vector) -> SecondPartials {
 
 // The way ℓ between both curvature vectors of three edges: the slopes of ln(1/ℓ) by the length of the middle edge and by
 // those beside it, and 1/ℓ.
-struct Way {
+struct CurvatureDistance {
     middle: real,
     beside: real,
     inverse: real,
 }
 
 // It is Δs₁, and where an edge is short (Δs₀ + 2Δs₁ + Δs₂)/4. Twin: src/discrete/energy/curvatures.rs.
-fn way_of(s0: real, s1: real, s2: real) -> Way {
+fn way_of(s0: real, s1: real, s2: real) -> CurvatureDistance {
     let is_long = min(min(s0, s1), s2) > SHORT_EDGE * (s0 + s1 + s2);
     let inverse = real(1) / select(real(0.25) * (s0 + real(2) * s1 + s2), s1, is_long);
-    return Way(select(real(-0.5), real(-1), is_long) * inverse, select(real(-0.25), real(0), is_long) * inverse, inverse);
+    return CurvatureDistance(select(real(-0.5), real(-1), is_long) * inverse, select(real(-0.25), real(0), is_long) * inverse, inverse);
 }

@@ -1,32 +1,32 @@
-// What holds a vertex f near its data point p: a spring, a wall around a disc, and a rail. The offset is f − p.
+// What holds a vertex f near its data point p: a spring, the penalty of a disc, and a tangential anchor. The offset is f − p.
 // Twin: src/discrete/energy/attachment.rs.
 
-struct Hold {
+struct Anchor {
     spring: real,
-    wall: real,
+    stiffness: real,
     reach: real,
-    rail: vector,
-    place: real,
+    tangent: vector,
+    along: real,
 }
 
 // s, of f − p.
-fn hold_beyond(hold: Hold, offset: vector) -> real {
-    return max(real(0.5) * (dot(offset, offset) - hold.reach), real(0));
+fn anchor_beyond(anchor: Anchor, offset: vector) -> real {
+    return max(real(0.5) * (dot(offset, offset) - anchor.reach), real(0));
 }
 
-fn hold_value(hold: Hold, offset: vector) -> real {
-    let beyond = hold_beyond(hold, offset);
-    let along = dot(hold.rail, offset) - hold.place;
-    return real(0.5) * (hold.spring * dot(offset, offset) + hold.wall * beyond * beyond + along * along);
+fn anchor_value(anchor: Anchor, offset: vector) -> real {
+    let beyond = anchor_beyond(anchor, offset);
+    let along = dot(anchor.tangent, offset) - anchor.along;
+    return real(0.5) * (anchor.spring * dot(offset, offset) + anchor.stiffness * beyond * beyond + along * along);
 }
 
-fn hold_gradient(hold: Hold, offset: vector) -> vector {
-    let pull = hold.spring + hold.wall * hold_beyond(hold, offset);
-    return pull * offset + (dot(hold.rail, offset) - hold.place) * hold.rail;
+fn anchor_gradient(anchor: Anchor, offset: vector) -> vector {
+    let pull = anchor.spring + anchor.stiffness * anchor_beyond(anchor, offset);
+    return pull * offset + (dot(anchor.tangent, offset) - anchor.along) * anchor.tangent;
 }
 
-fn hold_hessian(hold: Hold, offset: vector) -> matrix {
-    let beyond = hold_beyond(hold, offset);
-    let wall = select(real(0), hold.wall, beyond > real(0));
-    return outer(wall * offset, offset) + outer(hold.rail, hold.rail) + diagonal(hold.spring + hold.wall * beyond);
+fn anchor_hessian(anchor: Anchor, offset: vector) -> matrix {
+    let beyond = anchor_beyond(anchor, offset);
+    let stiffness = select(real(0), anchor.stiffness, beyond > real(0));
+    return outer(stiffness * offset, offset) + outer(anchor.tangent, anchor.tangent) + diagonal(anchor.spring + anchor.stiffness * beyond);
 }

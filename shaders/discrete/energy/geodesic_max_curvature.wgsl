@@ -1,5 +1,5 @@
-// The fence of the geodesic curvature |m|/Δa of curves in surfaces. Twin: src/discrete/energy/geodesic_max_curvature.rs.
-//:once include discrete/energy/fence.wgsl
+// The penalty of the geodesic curvature |m|/Δa of curves in surfaces. Twin: src/discrete/energy/geodesic_max_curvature.rs.
+//:once include discrete/energy/penalty.wgsl
 //:once include discrete/energy/in_surface.wgsl
 
 // |m|, at least the rounding of tangents, so that it can divide.
@@ -9,16 +9,16 @@ fn geodesic_max_curvature_turn(bend: Bend) -> real {
 
 fn geodesic_max_curvature_value(w: Window) -> real {
     let bend = bend_of(w);
-    return fence_value(w.fence$FENCE, geodesic_max_curvature_turn(bend) / bend.measure);
+    return penalty_value(w.penalty$PENALTY, geodesic_max_curvature_turn(bend) / bend.measure);
 }
 
 fn geodesic_max_curvature_gradient(w: Window) -> Partials {
     let bend = bend_of(w);
     let turn = geodesic_max_curvature_turn(bend);
     let curvature = turn / bend.measure;
-    let by_curvature = w.fence$FENCE.stiffness * fence_beyond(w.fence$FENCE, curvature) * w.fence$FENCE.slope;
+    let by_curvature = w.penalty$PENALTY.stiffness * penalty_beyond(w.penalty$PENALTY, curvature) * w.penalty$PENALTY.slope;
     var first = BendFirst();
-    first.value = fence_value(w.fence$FENCE, curvature);
+    first.value = penalty_value(w.penalty$PENALTY, curvature);
     first.across = by_curvature / (turn * bend.measure);
     first.by_length = real(-0.5) * by_curvature * curvature / bend.measure;
     return bend_gradient(bend, first);
@@ -28,9 +28,9 @@ fn geodesic_max_curvature_hessian(w: Window) -> SecondPartials {
     let bend = bend_of(w);
     let turn = geodesic_max_curvature_turn(bend);
     let curvature = turn / bend.measure;
-    let beyond = fence_beyond(w.fence$FENCE, curvature);
-    let by_curvature = w.fence$FENCE.stiffness * beyond * w.fence$FENCE.slope;
-    let twice = select(real(0), w.fence$FENCE.stiffness * w.fence$FENCE.slope * w.fence$FENCE.slope, beyond > real(0));
+    let beyond = penalty_beyond(w.penalty$PENALTY, curvature);
+    let by_curvature = w.penalty$PENALTY.stiffness * beyond * w.penalty$PENALTY.slope;
+    let twice = select(real(0), w.penalty$PENALTY.stiffness * w.penalty$PENALTY.slope * w.penalty$PENALTY.slope, beyond > real(0));
     let inverse = real(1) / bend.measure;
     // q = √s/a: 2 q_s = 1/(|m| a), 4 q_ss = −1/(|m|³ a), q_a = −q/a, q_sa = −q_s/a, q_aa = 2 q/a².
     let across = inverse / turn;

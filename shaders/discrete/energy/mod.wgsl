@@ -1,16 +1,16 @@
 // A weighted sum of energies over the windows that start at one edge. Compiled in are the terms of
 // the list TERM, each by the NAME that its functions begin with, its FILE or its text WGSL, the
-// index of its WEIGHT, and the EDGES that it sees; GAUGE and ATTACHMENT, if they are wanted, by the
-// indices of theirs, with the gauge's terms in the list GAUGE_TERM. The host makes the definitions:
+// index of its WEIGHT, and the EDGES that it sees; REGULARISATION and ATTACHMENT, if they are wanted, by the
+// indices of theirs, with the regularisation's terms in the list REGULARISATION_TERM. The host makes the definitions:
 // src/discrete/compose.rs.
 //
 // A kernel that includes this defines
 //     alias Curve = …;        a struct with the members `segments: u32` (edges) and `closed: u32` (0 or 1)
 //     fn load_weight(curve: Curve, index: u32) -> real
-//     fn load_free(curve: Curve, j: u32) -> real           with GAUGE: the factor of the vertex at the end of edge j
+//     fn load_free(curve: Curve, j: u32) -> real           with REGULARISATION: the factor of the vertex at the end of edge j
 //     fn load_taut(curve: Curve, j: u32) -> real           with TAUT: 1/w² for the width w of the span of edge j
-//     fn load_fence(curve: Curve, j: u32, k: u32) -> Fence    with FENCES: fence k at the end of edge j
-//     fn load_wall(curve: Curve, v: u32, layer: u32) -> Wall    with WALLS: the wall of a layer that vertex v keeps from
+//     fn load_penalty(curve: Curve, j: u32, k: u32) -> Penalty    with PENALTIES: penalty k at the end of edge j
+//     fn load_region(curve: Curve, v: u32, layer: u32) -> RegionPenalty    with REGIONS: the region penalty of a layer of vertex v
 //     fn load_place(curve: Curve, v: u32) -> vector        with SURFACE: where vertex v of the base lies
 //:include discrete/energy/window.wgsl
 //:if SURFACE
@@ -26,36 +26,36 @@ $WGSL
 //:include $FILE
 //:end
 //:end
-//:each GAUGE_TERM
+//:each REGULARISATION_TERM
 //:once include $FILE
 //:end
 //:if ATTACHMENT
 //:include discrete/energy/attachment.wgsl
 //:end
-//:if WALLS
-//:include discrete/energy/wall.wgsl
+//:if REGIONS
+//:include discrete/energy/region_penalty.wgsl
 
-// The energy of a vertex's walls at the displacement u.
-fn walls_value(curve: Curve, v: u32, u: vector) -> real {
+// The energy of a vertex's region penalties at the displacement u.
+fn regions_value(curve: Curve, v: u32, u: vector) -> real {
     var value = real(0);
-//:unroll k 0..$WALLS
-    value += wall_value(load_wall(curve, v, $ku), u);
+//:unroll k 0..$REGIONS
+    value += region_value(load_region(curve, v, $ku), u);
 //:end
     return value;
 }
 
-fn walls_gradient(curve: Curve, v: u32, u: vector) -> vector {
+fn regions_gradient(curve: Curve, v: u32, u: vector) -> vector {
     var gradient = vector();
-//:unroll k 0..$WALLS
-    gradient += wall_gradient(load_wall(curve, v, $ku), u);
+//:unroll k 0..$REGIONS
+    gradient += region_gradient(load_region(curve, v, $ku), u);
 //:end
     return gradient;
 }
 
-fn walls_hessian(curve: Curve, v: u32, u: vector) -> matrix {
+fn regions_hessian(curve: Curve, v: u32, u: vector) -> matrix {
     var hessian = matrix();
-//:unroll k 0..$WALLS
-    hessian += wall_hessian(load_wall(curve, v, $ku), u);
+//:unroll k 0..$REGIONS
+    hessian += region_hessian(load_region(curve, v, $ku), u);
 //:end
     return hessian;
 }
@@ -65,8 +65,8 @@ struct Weights {
 //:each TERM
     $NAME: real,
 //:end
-//:if GAUGE
-    gauge: real,
+//:if REGULARISATION
+    regularisation: real,
 //:end
 //:if ATTACHMENT
     attachment: real,
@@ -79,8 +79,8 @@ fn load_weights(curve: Curve) -> Weights {
 //:each TERM
     weights.$NAME = load_weight(curve, $WEIGHTu);
 //:end
-//:if GAUGE
-    weights.gauge = load_weight(curve, $GAUGEu);
+//:if REGULARISATION
+    weights.regularisation = load_weight(curve, $REGULARISATIONu);
 //:end
 //:if ATTACHMENT
     weights.attachment = load_weight(curve, $ATTACHMENTu);
@@ -97,21 +97,21 @@ fn window_of(curve: Curve, weights: Weights) -> Window {
     return w;
 }
 
-// Values alone: of the energies, and of the gauge. `edges` of the window's edges exist.
+// Values alone: of the energies, and of the regularisation. `edges` of the window's edges exist.
 fn window_value(w: Window, weights: Weights, edges: u32) -> vec2<real> {
     var value = real(0);
-    var gauge = real(0);
+    var regularisation = real(0);
 //:each TERM
     if (edges >= $EDGESu) {
         value += weights.$NAME * $NAME_value(w);
     }
 //:end
-//:each GAUGE_TERM
+//:each REGULARISATION_TERM
     if (edges >= $EDGESu) {
-        gauge += weights.gauge * $NAME_value(w);
+        regularisation += weights.regularisation * $NAME_value(w);
     }
 //:end
-    return vec2<real>(value, gauge);
+    return vec2<real>(value, regularisation);
 }
 
 // Values and partial derivatives.
@@ -122,12 +122,12 @@ fn window_gradient(w: Window, weights: Weights, edges: u32) -> Partials {
         sum = add_partials(sum, weights.$NAME, $NAME_gradient(w));
     }
 //:end
-//:each GAUGE_TERM
+//:each REGULARISATION_TERM
     if (edges >= $EDGESu) {
-        var gauge = $NAME_gradient(w);
-        sum.gauge += weights.gauge * gauge.value;
-        gauge.value = real(0);
-        sum = add_partials(sum, weights.gauge, gauge);
+        var regularisation = $NAME_gradient(w);
+        sum.regularisation += weights.regularisation * regularisation.value;
+        regularisation.value = real(0);
+        sum = add_partials(sum, weights.regularisation, regularisation);
     }
 //:end
     return sum;
@@ -141,9 +141,9 @@ fn window_hessian(w: Window, weights: Weights, edges: u32) -> SecondPartials {
         sum = add_seconds(sum, weights.$NAME, $NAME_hessian(w));
     }
 //:end
-//:each GAUGE_TERM
+//:each REGULARISATION_TERM
     if (edges >= $EDGESu) {
-        sum = add_seconds(sum, weights.gauge, $NAME_hessian(w));
+        sum = add_seconds(sum, weights.regularisation, $NAME_hessian(w));
     }
 //:end
     return sum;
@@ -184,7 +184,7 @@ fn edges_from(curve: Curve, j: i32) -> u32 {
     return select(u32(clamp(i32(curve.segments) - j, 0, $WIDTH)), $WIDTHu, curve.closed != 0u);
 }
 
-// The window from edge j on with what depends on where it stands: for the gauge, tautness and fences.
+// The window from edge j on with what depends on where it stands: for the regularisation, tautness and penalties.
 fn placed(window: Window, curve: Curve, j: i32) -> Window {
     var w = window;
 //:if TAUT
@@ -192,18 +192,18 @@ fn placed(window: Window, curve: Curve, j: i32) -> Window {
         w.taut = load_taut(curve, wrapped(curve, j));
     }
 //:end
-//:if FENCES
+//:if PENALTIES
     if (has_edge(curve, j)) {
-//:unroll k 0..$FENCES
-        w.fence$k = load_fence(curve, wrapped(curve, j), $ku);
+//:unroll k 0..$PENALTIES
+        w.penalty$k = load_penalty(curve, wrapped(curve, j), $ku);
 //:end
     }
 //:end
-//:if GAUGE
+//:if REGULARISATION
     if (has_edge(curve, j)) {
         w.free = load_free(curve, wrapped(curve, j));
     }
-//:if SMOOTH_GAUGE
+//:if SMOOTH_REGULARISATION
     w.free_after = real(0);
     if (has_edge(curve, j + 1)) {
         w.free_after = load_free(curve, wrapped(curve, j + 1));

@@ -1,4 +1,4 @@
-// a = n·T, the way that an edge goes along a direction. Twin: src/discrete/energy/monotone.rs.
+// a = n·T, the progress of an edge along a direction. Twin: src/discrete/energy/monotone.rs.
 // A kernel may hold several of these terms. Each has its direction and its $NAME.
 //:include discrete/energy/quantity.wgsl
 

@@ -23,7 +23,7 @@ struct Determinant {
     q0: real,
     q2: real,
     // Those of ln(1/ℓ).
-    way: Way,
+    way: CurvatureDistance,
 }
 
 fn determinant_of(w: Window) -> Determinant {

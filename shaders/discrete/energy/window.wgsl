@@ -8,8 +8,8 @@ alias matrix = mat$DIMx$DIM<real>;
 // Twin: curvatures.rs.
 const SHORT_EDGE: real = real(1e-4);
 
-// The fence at a vertex, for fence.wgsl: β, r and ρ.
-struct Fence {
+// The penalty at a vertex, for penalty.wgsl: β, r and ρ.
+struct Penalty {
     slope: real,
     reach: real,
     stiffness: real,
@@ -29,13 +29,13 @@ struct Window {
     torsion_curvature: real,
     // 1/w² for the width w of the span that the first edge lies in.
     taut: real,
-    // What the gauge needs. The factor of the vertex between the first two edges, 0 at a data point; that of the next.
+    // What the regularisation needs. The factor of the vertex between the first two edges, 0 at a data point; that of the next.
     free: real,
     free_after: real,
-//:if FENCES
-    // The fences at the vertex between the first two edges, in the order of their kinds.
-//:unroll k 0..$FENCES
-    fence$k: Fence,
+//:if PENALTIES
+    // The penalties at the vertex between the first two edges, in the order of their kinds.
+//:unroll k 0..$PENALTIES
+    penalty$k: Penalty,
 //:end
 //:end
     // Free ends of an open curve that the first two edges touch.
@@ -59,8 +59,8 @@ struct Partials {
     t$k: vector,
     s$k: real,
 //:end
-    // The gauge's part of a sum, which is no part of `value`.
-    gauge: real,
+    // The regularisation's part of a sum, which is no part of `value`.
+    regularisation: real,
 //:if SURFACE
     // By the place of the vertex between the first two edges.
     x: vector,
@@ -92,7 +92,7 @@ struct SecondPartials {
 // How much the turn between the first two edges counts: beside a free end of an open curve, where the curvature does not
 // vanish under energies of order 3, for the half edge there too.
 fn end_share(w: Window) -> real {
-//:if SMOOTH_GAUGE
+//:if SMOOTH_REGULARISATION
     return real(1) + real(0.5) * w.ends;
 //:else
     return real(1);
@@ -126,7 +126,7 @@ fn unit_edge() -> vector {
 //:end
 }
 
-// weight · p, without the gauge.
+// weight · p, without the regularisation.
 fn scaled_partials(weight: real, p: Partials) -> Partials {
     return Partials(
         weight * p.value,
@@ -141,7 +141,7 @@ fn scaled_partials(weight: real, p: Partials) -> Partials {
     );
 }
 
-// sum + weight · p; the gauge stays that of the sum.
+// sum + weight · p; the regularisation stays that of the sum.
 fn add_partials(sum: Partials, weight: real, p: Partials) -> Partials {
     return Partials(
         sum.value + weight * p.value,
@@ -149,7 +149,7 @@ fn add_partials(sum: Partials, weight: real, p: Partials) -> Partials {
         sum.t$k + weight * p.t$k,
         sum.s$k + weight * p.s$k,
 //:end
-        sum.gauge,
+        sum.regularisation,
 //:if SURFACE
         sum.x + weight * p.x,
 //:end

@@ -33,10 +33,10 @@ fn assemble(curve: Curve, ring: BlockRing, weights: Weights, lambda: real) {
 //:if SOBOLEV
 //:else
 //:if ATTACHMENT
-        own += hold_hessian(load_hold(curve, v), current_offset(curve, v));
+        own += anchor_hessian(load_anchor(curve, v), current_offset(curve, v));
 //:end
-//:if WALLS
-        own += walls_hessian(curve, v, displacement(curve, v));
+//:if REGIONS
+        own += regions_hessian(curve, v, displacement(curve, v));
 //:end
 //:end
 //:if SURFACE

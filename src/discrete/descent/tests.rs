@@ -53,12 +53,12 @@ fn run(energy: &super::super::Energy, batch: &CurveBatch, n: usize, order: usize
     let vertices = vec![Four::ZERO; edges.rows()];
     let mut h = 0.0;
     bases[0].iter().for_each(|e| h += dot(*e, *e).sqrt() / m as f64);
-    let gauge = Four::of(2.0 * h.powi(if order == 3 { -5 } else { -1 }));
-    let plan = Plan { solver, order, gauge: order };
+    let regularisation = Four::of(2.0 * h.powi(if order == 3 { -5 } else { -1 }));
+    let plan = Plan { solver, order, regularisation: order };
     let terms = energy.terms().iter().map(|(w, f)| (Four::of(*w), f)).collect();
     let weights = Weights { highest: Four::of(2.0), vertices, attached: false };
     let bounds = Bounds { tolerance: 1e-8, longest: f64::INFINITY, most_iterations: 2000 };
-    let mut descent = Descent::new(plan, edges, movable, weights, terms, gauge, vec![], &[bounds; 4]);
+    let mut descent = Descent::new(plan, edges, movable, weights, terms, regularisation, vec![], &[bounds; 4]);
     let mut kept = None;
     let newton = descent.newton(&mut kept);
     descent.begin();

@@ -4,7 +4,8 @@ use super::descent_kernel;
 use super::lanes::LANES;
 use crate::discrete::compose::Composition;
 use crate::discrete::energy::{
-    Fencing, Functional, Monotone, attachment, bending, geodesic_bending, length, tautness, tension, torsion, variation,
+    Functional, LimitTerms, Monotone, attachment, bending, geodesic_bending, length, tautness, tension, torsion,
+    variation,
 };
 use crate::discrete::plan::{Plan, Solver};
 use crate::gpu::KernelKey;
@@ -12,15 +13,15 @@ use crate::precision::Precision;
 use crate::surface::{HeightField, Mesh, Surface, SurfaceKernel, Torus};
 
 fn newton(order: usize) -> Plan {
-    Plan { solver: Solver::Newton, order, gauge: 0 }
+    Plan { solver: Solver::Newton, order, regularisation: 0 }
 }
 
 /// Some forms of the kernel, a few of each order. Lanes of any number have the same.
 pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
-    let fenced = |quantities: Vec<Functional>| Fencing { quantities, ..Fencing::default() };
+    let with_limits = |quantities: Vec<Functional>| LimitTerms { quantities, ..LimitTerms::default() };
     let [curvature, side] =
         [Functional::MaxCurvature(Default::default()), Functional::CurvatureSign(Default::default())];
-    let way = Functional::Monotone(Monotone { direction: [0.6, 0.8, 0.0], way: 0 });
+    let monotone = Functional::Monotone(Monotone { direction: [0.6, 0.8, 0.0], number: 0 });
     let forms = [
         (tension(), 1),
         (length() + attachment(), 1),
@@ -29,17 +30,30 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
         (bending(2.7) + tension() + attachment(), 2),
         (bending(2.0) + tautness(), 2),
         (bending(2.0) + tautness() + attachment(), 2),
-        ((bending(2.0) + tautness()).fenced(fenced(vec![curvature.clone(), side])), 2),
-        (bending(2.0).fenced(Fencing { walls: 2, stretch: true, ..fenced(vec![curvature.clone(), way]) }), 2),
-        (variation().fenced(Fencing { walls: 1, ..fenced(vec![Functional::TorsionSign(Default::default())]) }), 3),
+        ((bending(2.0) + tautness()).with_limits(with_limits(vec![curvature.clone(), side])), 2),
+        (
+            bending(2.0).with_limits(LimitTerms {
+                regions: 2,
+                stretch: true,
+                ..with_limits(vec![curvature.clone(), monotone])
+            }),
+            2,
+        ),
+        (
+            variation().with_limits(LimitTerms {
+                regions: 1,
+                ..with_limits(vec![Functional::TorsionSign(Default::default())])
+            }),
+            3,
+        ),
         (variation() + length(), 3),
         (torsion() + bending(2.0) + attachment(), 3),
     ];
     let mut keys = Vec::new();
-    let curbed = fenced(vec![Functional::GeodesicMaxCurvature(Default::default())]);
+    let curbed = with_limits(vec![Functional::GeodesicMaxCurvature(Default::default())]);
     let mut in_quadrics = vec![geodesic_bending(2.0) + tautness(), geodesic_bending(3.0) + length() + attachment()];
     if precision == Precision::F64 {
-        in_quadrics.push((geodesic_bending(2.0) + tautness()).fenced(curbed));
+        in_quadrics.push((geodesic_bending(2.0) + tautness()).with_limits(curbed));
     }
     for energy in in_quadrics {
         let composition = Composition::of(&energy, 1, 3, precision).expect("built in").in_surfaces(None);
@@ -60,27 +74,27 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
         }
     }
     if precision == Precision::F64 {
-        // The toy limit, which is in the list for tests alone, beside the fence of another.
-        let energy = bending(2.0).fenced(fenced(vec![curvature]));
+        // The toy limit, which is in the list for tests alone, beside the penalty of another.
+        let energy = bending(2.0).with_limits(with_limits(vec![curvature]));
         let mut composition = Composition::of(&energy, 1, 2, precision).expect("built in");
         let file = "discrete/energy/toy_limit.wgsl";
-        let own = [("NAME", "toy_limit"), ("EDGES", "1"), ("WEIGHT", "0"), ("FENCE", "0"), ("FILE", file)];
+        let own = [("NAME", "toy_limit"), ("EDGES", "1"), ("WEIGHT", "0"), ("PENALTY", "0"), ("FILE", file)];
         composition.definitions.extend(own.map(|(name, value)| (format!("TERM.2.{name}"), value.to_string())));
         keys.push(descent_kernel(&composition, &newton(2), LANES[0], precision));
     }
     for (energy, order) in forms {
         for dimension in [2, 3] {
-            let gauge = if energy.is_fenced() && order == 2 { 1 } else { order.max(2) };
-            let composition = Composition::of(&energy, gauge, dimension, precision).expect("built in");
-            // In f32 it has too few digits for order 3 and for fences.
+            let regularisation = if energy.has_limits() && order == 2 { 1 } else { order.max(2) };
+            let composition = Composition::of(&energy, regularisation, dimension, precision).expect("built in");
+            // In f32 it has too few digits for order 3 and for penalties.
             let lanes: &[usize] = match order {
-                _ if precision != Precision::F64 && (order == 3 || energy.is_fenced()) => &[],
+                _ if precision != Precision::F64 && (order == 3 || energy.has_limits()) => &[],
                 3 => &LANES[1..2],
                 _ => &LANES[..2],
             };
             let solvers = match order {
                 1 => &[Solver::Sobolev][..],
-                2 if !energy.is_fenced() => &[Solver::Newton, Solver::Sobolev],
+                2 if !energy.has_limits() => &[Solver::Newton, Solver::Sobolev],
                 _ => &[Solver::Newton],
             };
             for (&solver, &lanes) in solvers.iter().flat_map(|solver| lanes.iter().map(move |lanes| (solver, lanes))) {

@@ -14,17 +14,17 @@ use crate::parallel;
 const NUMBERS: usize = 13;
 const GIVEN: usize = 3;
 
-/// The numbers of a row that say how a vertex is held, but for the rail: its stiffness and
-/// [`Hold`](crate::discrete::energy::Hold).
+/// The numbers of a row that say how a vertex is held, except for the tangent: its stiffness and
+/// [`Anchor`](crate::discrete::energy::Anchor).
 const HELD: usize = 5;
 
-/// The numbers of a [`Fence`](crate::discrete::energy::Fence).
-const FENCE: usize = 3;
+/// The numbers of a [`Penalty`](crate::discrete::energy::Penalty).
+const PENALTY: usize = 3;
 
-/// The numbers of a [`Wall`](crate::discrete::energy::Wall), but for its vectors.
-const WALL: usize = 5;
+/// The numbers of a [`RegionPenalty`](crate::discrete::energy::RegionPenalty), but for its vectors.
+const REGION: usize = 5;
 
-/// The positions of the numbers that are read back: the energy without the gauge, and the square of the gradient's norm.
+/// The positions of the numbers that are read back: the energy without the regularisation, and the square of the gradient's norm.
 const REPORTED: usize = GIVEN + 1;
 const NORM2: usize = GIVEN + 2;
 
@@ -68,21 +68,21 @@ impl<const D: usize> Job<'_, D> {
 
     /// Where the place of a vertex stands in a row, of curves in surfaces.
     fn place_number(&self) -> usize {
-        self.wall_number() + self.run.energy.walls() * (2 * D + WALL)
+        self.region_number() + self.run.energy.regions() * (2 * D + REGION)
     }
 
     fn is_in_surfaces(&self) -> bool {
         self.composition.definitions.contains_key("SURFACE")
     }
 
-    /// Where the fences stand in a row, if the energy asks for them.
-    fn fence_number(&self) -> usize {
+    /// Where the penalties stand in a row, if the energy asks for them.
+    fn penalty_number(&self) -> usize {
         self.taut_number() + usize::from(self.is_taut())
     }
 
-    /// Where the walls stand in a row, if the energy asks for them.
-    fn wall_number(&self) -> usize {
-        self.fence_number() + FENCE * self.run.energy.fences().into_iter().filter(|has| *has).count()
+    /// Where the region penalties stand in a row, if the energy asks for them.
+    fn region_number(&self) -> usize {
+        self.penalty_number() + PENALTY * self.run.energy.penalties().into_iter().filter(|has| *has).count()
     }
 
     /// Where 1/w² stands in a row, if the energy asks for it.
@@ -164,7 +164,7 @@ impl<const D: usize> Job<'_, D> {
 
     fn give(&self, problem: &Problem<D>, given: &mut [f64]) {
         given[..GIVEN].copy_from_slice(&[problem.highest, problem.tolerance, problem.longest]);
-        let weights = self.composition.entries(&problem.weights, problem.gauge);
+        let weights = self.composition.entries(&problem.weights, problem.regularisation);
         given[NUMBERS..].iter_mut().zip(weights).for_each(|(to, x)| *to = x);
         if let Some(surface) = &problem.surface {
             let numbers = surface.numbers();
@@ -185,20 +185,22 @@ impl<const D: usize> Job<'_, D> {
             let number = self.taut_number();
             problem.taut.iter().enumerate().for_each(|(j, &taut)| fixed[at(j, number)] = taut);
         }
-        let kinds = (0..problem.fences.len()).filter(|&kind| self.run.energy.fences()[kind]);
-        for (place, fences) in kinds.map(|kind| &problem.fences[kind]).enumerate().filter(|(_, all)| !all.is_empty()) {
-            let number = self.fence_number() + FENCE * place;
+        let kinds = (0..problem.penalties.len()).filter(|&kind| self.run.energy.penalties()[kind]);
+        for (place, penalties) in
+            kinds.map(|kind| &problem.penalties[kind]).enumerate().filter(|(_, all)| !all.is_empty())
+        {
+            let number = self.penalty_number() + PENALTY * place;
             for j in 0..problem.base.len() {
-                let fence = fences[(j + 1) % rows];
-                let numbers = [fence.slope, fence.reach, fence.stiffness];
+                let penalty = penalties[(j + 1) % rows];
+                let numbers = [penalty.slope, penalty.reach, penalty.stiffness];
                 numbers.iter().enumerate().for_each(|(k, x)| fixed[at(j, number + k)] = *x);
             }
         }
-        for (layer, walls) in problem.walls.iter().enumerate() {
-            let number = self.wall_number() + layer * (2 * D + WALL);
-            for (row, wall) in walls.iter().enumerate() {
-                let scalars = [wall.span, wall.plane, wall.bend, wall.reach, wall.stiffness];
-                let numbers = wall.foot.iter().chain(&wall.axis).chain(&scalars);
+        for (layer, regions) in problem.regions.iter().enumerate() {
+            let number = self.region_number() + layer * (2 * D + REGION);
+            for (row, penalty) in regions.iter().enumerate() {
+                let scalars = [penalty.span, penalty.plane, penalty.bend, penalty.reach, penalty.stiffness];
+                let numbers = penalty.foot.iter().chain(&penalty.axis).chain(&scalars);
                 numbers.enumerate().for_each(|(k, x)| fixed[at(row, number + k)] = *x);
             }
         }
@@ -212,9 +214,9 @@ impl<const D: usize> Job<'_, D> {
         for attached in &problem.attached {
             let row = attached.row as usize;
             (0..D).for_each(|c| fixed[at(row, D + 2 + c)] = attached.target[c]);
-            let hold = attached.hold;
-            let numbers = [attached.stiffness, hold.spring, hold.wall, hold.reach, hold.place];
-            numbers.iter().chain(&hold.rail).enumerate().for_each(|(k, x)| fixed[at(row, 2 * D + 2 + k)] = *x);
+            let anchor = attached.anchor;
+            let numbers = [attached.stiffness, anchor.spring, anchor.stiffness, anchor.reach, anchor.along];
+            numbers.iter().chain(&anchor.tangent).enumerate().for_each(|(k, x)| fixed[at(row, 2 * D + 2 + k)] = *x);
         }
     }
 

@@ -26,40 +26,41 @@ impl Facts for Attachment {
     }
 }
 
-/// What holds a vertex f near its data point p: a spring, a wall around a disc, and a rail.
+/// What holds a vertex f near its data point p: a spring, the penalty of a disc, and a tangential anchor.
 ///
 /// ```text
 /// ½ w d² + ½ ρ s² + ½ (τ·(f − p) − a)²,  s = max(0, (d² − r)/2),  d = |f − p|
 /// ```
 ///
-/// Without a wall ρ is 0. With one this is the augmented Lagrangian of d ≤ D for the multiplier y of
-/// (d² − D²)/2 ≤ 0, where r = D² − 2y/ρ, but for a constant. The next multiplier is ρ s. A rail keeps the
+/// Without a disc ρ is 0. With one this is the augmented Lagrangian of d ≤ D for the multiplier y of
+/// (d² − D²)/2 ≤ 0, where r = D² − 2y/ρ, but for a constant. The next multiplier is ρ s. A tangential anchor keeps the
 /// vertex from sliding along τ.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Hold<S, const D: usize> {
+pub(crate) struct Anchor<S, const D: usize> {
     /// w
     pub spring: S,
     /// ρ
-    pub wall: S,
+    pub stiffness: S,
     /// r, which may be negative.
     pub reach: S,
     /// τ
-    pub rail: Vector<S, D>,
+    pub tangent: Vector<S, D>,
     /// a
-    pub place: S,
+    pub along: S,
 }
 
-impl<S: Scalar, const D: usize> Hold<S, D> {
+impl<S: Scalar, const D: usize> Anchor<S, D> {
     /// Nothing holds the vertex.
-    pub const NONE: Self = Hold { spring: S::ZERO, wall: S::ZERO, reach: S::ZERO, rail: [S::ZERO; D], place: S::ZERO };
+    pub const NONE: Self =
+        Anchor { spring: S::ZERO, stiffness: S::ZERO, reach: S::ZERO, tangent: [S::ZERO; D], along: S::ZERO };
 
     /// Sets what holds the vertex of a lane.
-    pub fn set_lane(&mut self, lane: usize, hold: &Hold<f64, D>) {
-        self.spring.set_lane(lane, number::<S>(hold.spring));
-        self.wall.set_lane(lane, number::<S>(hold.wall));
-        self.reach.set_lane(lane, number::<S>(hold.reach));
-        (0..D).for_each(|c| self.rail[c].set_lane(lane, number::<S>(hold.rail[c])));
-        self.place.set_lane(lane, number::<S>(hold.place));
+    pub fn set_lane(&mut self, lane: usize, anchor: &Anchor<f64, D>) {
+        self.spring.set_lane(lane, number::<S>(anchor.spring));
+        self.stiffness.set_lane(lane, number::<S>(anchor.stiffness));
+        self.reach.set_lane(lane, number::<S>(anchor.reach));
+        (0..D).for_each(|c| self.tangent[c].set_lane(lane, number::<S>(anchor.tangent[c])));
+        self.along.set_lane(lane, number::<S>(anchor.along));
     }
 
     /// s, of f − p.
@@ -71,28 +72,28 @@ impl<S: Scalar, const D: usize> Hold<S, D> {
     /// The energy at f − p.
     #[inline(always)]
     pub fn value(&self, offset: Vector<S, D>) -> S {
-        let (beyond, along) = (self.beyond(offset), dot(self.rail, offset) - self.place);
-        S::of(0.5) * (self.spring * dot(offset, offset) + self.wall * beyond * beyond + along * along)
+        let (beyond, along) = (self.beyond(offset), dot(self.tangent, offset) - self.along);
+        S::of(0.5) * (self.spring * dot(offset, offset) + self.stiffness * beyond * beyond + along * along)
     }
 
     /// The gradient at f − p.
     #[inline(always)]
     pub fn gradient(&self, offset: Vector<S, D>) -> Vector<S, D> {
-        let pull = self.spring + self.wall * self.beyond(offset);
-        add(scale(pull, offset), scale(dot(self.rail, offset) - self.place, self.rail))
+        let pull = self.spring + self.stiffness * self.beyond(offset);
+        add(scale(pull, offset), scale(dot(self.tangent, offset) - self.along, self.tangent))
     }
 
     /// The Hessian at f − p: (w + ρs) I + τ τᵀ, and ρ d dᵀ beyond the disc.
     #[inline(always)]
     pub fn hessian(&self, offset: Vector<S, D>) -> [Vector<S, D>; D] {
         let beyond = self.beyond(offset);
-        let wall = beyond.if_positive(self.wall, S::ZERO);
+        let stiffness = beyond.if_positive(self.stiffness, S::ZERO);
         let mut hessian = [[S::ZERO; D]; D];
         for a in 0..D {
             for b in 0..D {
-                hessian[a][b] = wall * offset[a] * offset[b] + self.rail[a] * self.rail[b];
+                hessian[a][b] = stiffness * offset[a] * offset[b] + self.tangent[a] * self.tangent[b];
             }
-            hessian[a][a] += self.spring + self.wall * beyond;
+            hessian[a][a] += self.spring + self.stiffness * beyond;
         }
         hessian
     }

@@ -1,6 +1,6 @@
 //! The limit of the sign of curvature, which keeps a planar curve turning to one side.
 
-use super::fence::Quantity;
+use super::penalty::Quantity;
 use super::{Facts, Partials, SecondPartials, Window};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::scale;

@@ -15,26 +15,29 @@ pub(super) fn matrix<S, const D: usize>(entry: impl Fn(usize, usize) -> S) -> Ma
     std::array::from_fn(|a| std::array::from_fn(|b| entry(a, b)))
 }
 
-/// The way ℓ = w₋Δs₋ + wΔs + w₊Δs₊ between two curvature vectors of three edges.
+/// The distance ℓ = w₋Δs₋ + wΔs + w₊Δs₊ along three edges between two curvature vectors.
 ///
 /// It is the middle edge, Δs. Where one of the edges is [short](crate::discrete::constrain) the curvature between two
 /// edges is that halfway between their middles, and ℓ = (Δs₋ + 2Δs + Δs₊)/4.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Way<S> {
+pub(crate) struct CurvatureDistance<S> {
     /// w₋, w, w₊
     share: [S; 3],
     /// 1/ℓ
     pub inverse: S,
 }
 
-impl<S: Scalar> Way<S> {
+impl<S: Scalar> CurvatureDistance<S> {
     #[inline(always)]
     pub fn of([s0, s1, s2]: [S; 3]) -> Self {
         let least = -((-s0).max(-s1).max(-s2));
         let is_long = least - S::of(SHORT_EDGE) * (s0 + s1 + s2);
         let choose = |long: f64, short: f64| is_long.if_positive(S::of(long), S::of(short));
         let share = [choose(0.0, 0.25), choose(1.0, 0.5), choose(0.0, 0.25)];
-        Way { share, inverse: S::ONE / is_long.if_positive(s1, S::of(0.25) * (s0 + S::of(2.0) * s1 + s2)) }
+        CurvatureDistance {
+            share,
+            inverse: S::ONE / is_long.if_positive(s1, S::of(0.25) * (s0 + S::of(2.0) * s1 + s2)),
+        }
     }
 
     /// The derivatives of ln(1/ℓ) by the lengths.
@@ -56,7 +59,7 @@ pub(super) struct Curvatures<S, const D: usize> {
     pub rate: [S; 2],
     /// K and K′
     pub vector: [Vector<S, D>; 2],
-    pub way: Way<S>,
+    pub distance: CurvatureDistance<S>,
 }
 
 impl<S: Scalar, const D: usize> Curvatures<S, D> {
@@ -65,8 +68,8 @@ impl<S: Scalar, const D: usize> Curvatures<S, D> {
         let ([t0, t1, t2], [s0, s1, s2]) = (window.tangent, window.length);
         let two = S::of(2.0);
         let rate = [two / (s0 + s1), two / (s1 + s2)];
-        let way = Way::of(window.length);
-        Curvatures { rate, way, vector: [scale(rate[0], subtract(t1, t0)), scale(rate[1], subtract(t2, t1))] }
+        let distance = CurvatureDistance::of(window.length);
+        Curvatures { rate, distance, vector: [scale(rate[0], subtract(t1, t0)), scale(rate[1], subtract(t2, t1))] }
     }
 }
 
@@ -103,7 +106,7 @@ impl<S: Scalar, const D: usize> ByCurvatures<S, D> {
             std::array::from_fn(|a| dot(std::array::from_fn(|b| entry(y, z, a, b)), x))
         };
         // Second derivatives by one of K, K′, T and by a length, through K and K′ and through ℓ.
-        let slopes = curvatures.way.slopes();
+        let slopes = curvatures.distance.slopes();
         let by_lengths: [[Vector<S, D>; 3]; 3] = std::array::from_fn(|y| {
             let (before, after) = (times(y, 0, by_length[0]), times(y, 1, by_length[1]));
             let through = [before, add(before, after), after];

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use super::bending::Bending;
-use super::fence::Fence;
 use super::in_surface::{First, InSurface, Parts, Second};
+use super::penalty::Penalty;
 use super::{Energy, Facts, Functional};
 use crate::linalg::Scalar;
 
@@ -57,12 +57,12 @@ impl Facts for GeodesicBending {
 
 impl InSurface for GeodesicBending {
     #[inline(always)]
-    fn value_of<S: Scalar>(&self, parts: &Parts<S>, _: &Fence<S>) -> S {
+    fn value_of<S: Scalar>(&self, parts: &Parts<S>, _: &Penalty<S>) -> S {
         self.bending.power(parts.square, 0.0) * self.bending.measure(parts.measure, 0.0)
     }
 
     #[inline(always)]
-    fn first_of<S: Scalar>(&self, parts: &Parts<S>, _: &Fence<S>) -> First<S> {
+    fn first_of<S: Scalar>(&self, parts: &Parts<S>, _: &Penalty<S>) -> First<S> {
         let nu = self.bending.exponent;
         let measure = self.bending.measure(parts.measure, 0.0);
         let value = self.bending.power(parts.square, 0.0) * measure;
@@ -71,7 +71,7 @@ impl InSurface for GeodesicBending {
     }
 
     #[inline(always)]
-    fn second_of<S: Scalar>(&self, parts: &Parts<S>, _: &Fence<S>) -> Second<S> {
+    fn second_of<S: Scalar>(&self, parts: &Parts<S>, _: &Penalty<S>) -> Second<S> {
         let nu = self.bending.exponent;
         let Parts { square, measure: a } = *parts;
         let (power, measure) = (self.bending.power(square, 1.0), self.bending.measure(a, 0.0));

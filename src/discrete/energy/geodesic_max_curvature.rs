@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use super::Facts;
-use super::fence::Fence;
 use super::in_surface::{First, InSurface, Parts, Second};
+use super::penalty::Penalty;
 use super::wgsl::literal;
 use crate::linalg::{Real, Scalar};
 use crate::sort;
 
-/// The quantity |m|/Δa, with the [fences](super::fence) that |K| has in the plane and in space.
+/// The quantity |m|/Δa, with the [penalties](super::penalty) that |K| has in the plane and in space.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct GeodesicMaxCurvature;
 
@@ -36,27 +36,27 @@ impl GeodesicMaxCurvature {
 
 impl InSurface for GeodesicMaxCurvature {
     #[inline(always)]
-    fn value_of<S: Scalar>(&self, parts: &Parts<S>, fence: &Fence<S>) -> S {
-        fence.value(Self::curvature(parts).1)
+    fn value_of<S: Scalar>(&self, parts: &Parts<S>, penalty: &Penalty<S>) -> S {
+        penalty.value(Self::curvature(parts).1)
     }
 
     #[inline(always)]
-    fn first_of<S: Scalar>(&self, parts: &Parts<S>, fence: &Fence<S>) -> First<S> {
+    fn first_of<S: Scalar>(&self, parts: &Parts<S>, penalty: &Penalty<S>) -> First<S> {
         let (turn, curvature) = Self::curvature(parts);
-        let by_curvature = fence.stiffness * fence.beyond(curvature) * fence.slope;
+        let by_curvature = penalty.stiffness * penalty.beyond(curvature) * penalty.slope;
         First {
-            value: fence.value(curvature),
+            value: penalty.value(curvature),
             across: by_curvature / (turn * parts.measure),
             by_length: S::of(-0.5) * by_curvature * curvature / parts.measure,
         }
     }
 
     #[inline(always)]
-    fn second_of<S: Scalar>(&self, parts: &Parts<S>, fence: &Fence<S>) -> Second<S> {
+    fn second_of<S: Scalar>(&self, parts: &Parts<S>, penalty: &Penalty<S>) -> Second<S> {
         let (turn, curvature) = Self::curvature(parts);
-        let beyond = fence.beyond(curvature);
-        let by_curvature = fence.stiffness * beyond * fence.slope;
-        let twice = beyond.if_positive(fence.stiffness * fence.slope * fence.slope, S::ZERO);
+        let beyond = penalty.beyond(curvature);
+        let by_curvature = penalty.stiffness * beyond * penalty.slope;
+        let twice = beyond.if_positive(penalty.stiffness * penalty.slope * penalty.slope, S::ZERO);
         let inverse = S::ONE / parts.measure;
         // q = √s/a: 2 q_s = 1/(|m| a), 4 q_ss = −1/(|m|³ a), q_a = −q/a, q_sa = −q_s/a, q_aa = 2 q/a².
         let across = inverse / turn;

@@ -1,7 +1,7 @@
 //! [`InSurface`]: energies of the bend of a curve within a surface.
 
 use super::Partials;
-use super::fence::Fence;
+use super::penalty::Penalty;
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{Vector, dot, scale, subtract};
 
@@ -14,8 +14,8 @@ pub(crate) struct Turn<S, const D: usize> {
     pub measure: S,
     /// n at the vertex.
     pub normal: Vector<S, D>,
-    /// The fence of the geodesic curvature at the vertex.
-    pub fence: Fence<S>,
+    /// The penalty of the geodesic curvature at the vertex.
+    pub penalty: Penalty<S>,
 }
 
 impl<S: Scalar, const D: usize> Turn<S, D> {
@@ -60,11 +60,11 @@ pub(crate) struct Parts<S> {
 /// An energy of the bend at a vertex in a surface.
 pub(crate) trait InSurface {
     /// f
-    fn value_of<S: Scalar>(&self, parts: &Parts<S>, fence: &Fence<S>) -> S;
+    fn value_of<S: Scalar>(&self, parts: &Parts<S>, penalty: &Penalty<S>) -> S;
     /// f and its first derivatives.
-    fn first_of<S: Scalar>(&self, parts: &Parts<S>, fence: &Fence<S>) -> First<S>;
+    fn first_of<S: Scalar>(&self, parts: &Parts<S>, penalty: &Penalty<S>) -> First<S>;
     /// Its second derivatives.
-    fn second_of<S: Scalar>(&self, parts: &Parts<S>, fence: &Fence<S>) -> Second<S>;
+    fn second_of<S: Scalar>(&self, parts: &Parts<S>, penalty: &Penalty<S>) -> Second<S>;
 
     /// The value, and the derivatives by tangents and lengths; and x, where that by the place of the vertex is x W m for
     /// W = ∇²F/|∇F|.
@@ -76,7 +76,7 @@ pub(crate) trait InSurface {
         q: S,
     ) -> (Partials<S, D, 2>, S) {
         let parts = Parts { square: dot(bend, bend), measure: turn.measure };
-        let First { value, across, by_length } = self.first_of(&parts, &turn.fence);
+        let First { value, across, by_length } = self.first_of(&parts, &turn.penalty);
         let by_tangent = scale(across, bend);
         let partials =
             Partials { value, tangent: [scale(-S::ONE, by_tangent), by_tangent], length: [by_length, by_length] };
@@ -87,6 +87,6 @@ pub(crate) trait InSurface {
     #[inline(always)]
     fn value<S: Scalar, const D: usize>(&self, turn: &Turn<S, D>) -> S {
         let (bend, _) = turn.bend();
-        self.value_of(&Parts { square: dot(bend, bend), measure: turn.measure }, &turn.fence)
+        self.value_of(&Parts { square: dot(bend, bend), measure: turn.measure }, &turn.penalty)
     }
 }

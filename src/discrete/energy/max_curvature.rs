@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::fence::Quantity;
+use super::penalty::Quantity;
 use super::wgsl::literal;
 use super::{Facts, Partials, SecondPartials, Window};
 use crate::linalg::scalar::{dot, scale, subtract};

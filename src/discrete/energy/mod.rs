@@ -135,31 +135,31 @@ mod attachment;
 pub(super) mod curvatures;
 mod custom;
 mod exponents;
-mod fence;
 mod formula;
-pub(super) mod gauge;
 mod geodesic_bending;
 pub(super) mod geodesic_max_curvature;
 pub(super) mod in_surface;
+mod penalty;
+mod region_penalty;
+pub(super) mod regularisation;
 mod sum;
-mod wall;
 mod wgsl;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-pub(crate) use attachment::Hold;
+pub(crate) use attachment::Anchor;
 pub use attachment::attachment;
 use custom::Custom;
 pub(super) use exponents::nearer;
-pub(crate) use fence::{FENCE_KINDS, Fence, Fencing, WAYS};
 pub use formula::{Expression, ExpressionVector};
 pub use geodesic_bending::geodesic_bending;
 pub(crate) use monotone::Monotone;
+pub(crate) use penalty::{LIMIT_KINDS, LimitTerms, MOST_DIRECTIONS, Penalty};
+pub(crate) use region_penalty::RegionPenalty;
 pub use sum::Energy;
 pub(crate) use tautness::of_spans;
 pub use torsion::TORSION_CURVATURE;
-pub(crate) use wall::Wall;
 
 use crate::linalg::Scalar;
 use crate::linalg::scalar::Vector;
@@ -184,14 +184,14 @@ pub(crate) struct Window<S, const D: usize, const W: usize> {
     pub torsion_curvature: S,
     /// 1/w² for the width w of the span that the first edge lies in.
     pub taut: S,
-    /// The gauge's factor at the vertex between the first two edges.
+    /// The regularisation's factor at the vertex between the first two edges.
     ///
     /// 0 at a data point.
     pub free: S,
-    /// The gauge's factor at the vertex between the second and the third edge.
+    /// The regularisation's factor at the vertex between the second and the third edge.
     pub free_after: S,
-    /// The term's own [`fence`](Term::fence) at the vertex that the first edge leads to.
-    pub fence: Fence<S>,
+    /// The term's own [`penalty`](Term::penalty) at the vertex that the first edge leads to.
+    pub penalty: Penalty<S>,
 }
 
 /// A term and its partial derivatives with respect to tangents and lengths.
@@ -233,13 +233,13 @@ pub(crate) trait Term<const W: usize> {
     /// Under those the curvature does not vanish at the end, but its slope does.
     const AT_ENDS: bool = false;
 
-    /// The kind of fences that the term is of.
+    /// The kind of penalties that the term is of.
     #[inline(always)]
-    fn fence(&self) -> Option<usize> {
+    fn penalty(&self) -> Option<usize> {
         None
     }
 
-    /// The quantity that its fences limit.
+    /// The quantity that its penalties limit.
     #[inline(always)]
     fn quantity<S: Scalar, const D: usize>(&self, _: &Window<S, D, W>) -> Option<S> {
         None
@@ -310,14 +310,14 @@ pub(crate) trait Facts {
 }
 
 impl Functional {
-    /// The kind of fences that it is of.
-    pub fn fence(&self) -> Option<usize> {
+    /// The kind of penalties that it is of.
+    pub fn penalty(&self) -> Option<usize> {
         struct Kind;
         impl Visitor for Kind {
             type Output = Option<usize>;
 
             fn visit<T: Term<W>, const W: usize>(self, term: &T) -> Option<usize> {
-                term.fence()
+                term.penalty()
             }
         }
         match self {

@@ -1,11 +1,11 @@
-//! The limit of the way along a direction, which keeps a curve from going back.
+//! The limit of progress along a direction, which keeps a curve from going back.
 
 // Loops over coordinates by index match the formulas.
 #![allow(clippy::needless_range_loop)]
 
 use std::collections::BTreeMap;
 
-use super::fence::{FIRST_WAY, Quantity};
+use super::penalty::{FIRST_DIRECTION, Quantity};
 use super::wgsl::literal;
 use super::{Facts, Partials, Window};
 use crate::linalg::Scalar;
@@ -18,8 +18,8 @@ use crate::sort;
 pub(crate) struct Monotone {
     /// n, whose last coordinate does not count in the plane.
     pub direction: [f64; 3],
-    /// The number of the way.
-    pub way: usize,
+    /// The number of the direction.
+    pub number: usize,
 }
 
 impl Facts for Monotone {
@@ -36,7 +36,7 @@ impl Facts for Monotone {
 impl Quantity<1> for Monotone {
     #[inline(always)]
     fn kind(&self) -> usize {
-        FIRST_WAY + self.way
+        FIRST_DIRECTION + self.number
     }
 
     /// a and its partial derivatives.

@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Mul};
 
-use super::{FENCE_KINDS, Fencing, Functional};
+use super::{Functional, LIMIT_KINDS, LimitTerms};
 use crate::error::{Error, Result};
 
 /// A weighted sum of energies.
@@ -15,8 +15,8 @@ use crate::error::{Error, Result};
 #[derive(Clone, Debug, Default)]
 pub struct Energy {
     terms: Vec<(f64, Functional)>,
-    /// How many walls a vertex has at most.
-    walls: usize,
+    /// The largest number of region penalties of a vertex.
+    regions: usize,
     /// Whether the length has a weight of its own, curve by curve.
     has_tether: bool,
     /// Whether the area of each curve has a weight.
@@ -77,26 +77,31 @@ impl Energy {
         self.terms.iter().any(|(_, functional)| matches!(functional, Functional::Tautness(_)))
     }
 
-    /// The same energy with fences and walls.
-    pub(crate) fn fenced(&self, fencing: Fencing) -> Energy {
-        let mut fenced = self.clone();
-        fenced.terms.extend(fencing.quantities.into_iter().map(|quantity| (1.0, quantity)));
-        if fencing.stretch {
-            fenced = fenced + Energy::of(Functional::Length(Default::default()));
+    /// The same energy with the penalties of limits.
+    pub(crate) fn with_limits(&self, limit_terms: LimitTerms) -> Energy {
+        let mut with_limits = self.clone();
+        with_limits.terms.extend(limit_terms.quantities.into_iter().map(|quantity| (1.0, quantity)));
+        if limit_terms.stretch {
+            with_limits = with_limits + Energy::of(Functional::Length(Default::default()));
         }
-        Energy { walls: fencing.walls, has_tether: fencing.stretch, has_area: fencing.area, ..fenced }
+        Energy {
+            regions: limit_terms.regions,
+            has_tether: limit_terms.stretch,
+            has_area: limit_terms.area,
+            ..with_limits
+        }
     }
 
-    /// Which kinds of fences it holds.
-    pub(crate) fn fences(&self) -> [bool; FENCE_KINDS] {
-        let mut fences = [false; FENCE_KINDS];
-        self.terms.iter().filter_map(|(_, functional)| functional.fence()).for_each(|kind| fences[kind] = true);
-        fences
+    /// Which kinds of penalties it holds.
+    pub(crate) fn penalties(&self) -> [bool; LIMIT_KINDS] {
+        let mut penalties = [false; LIMIT_KINDS];
+        self.terms.iter().filter_map(|(_, functional)| functional.penalty()).for_each(|kind| penalties[kind] = true);
+        penalties
     }
 
-    /// How many walls a vertex has at most.
-    pub(crate) fn walls(&self) -> usize {
-        self.walls
+    /// The largest number of region penalties of a vertex.
+    pub(crate) fn regions(&self) -> usize {
+        self.regions
     }
 
     /// Whether the area of each curve has a weight. No kernel knows it.
@@ -105,8 +110,8 @@ impl Energy {
     }
 
     /// Whether it is one with limits.
-    pub(crate) fn is_fenced(&self) -> bool {
-        self.walls > 0 || self.has_tether || self.has_area || self.fences().contains(&true)
+    pub(crate) fn has_limits(&self) -> bool {
+        self.regions > 0 || self.has_tether || self.has_area || self.penalties().contains(&true)
     }
 
     /// The weight of the attachment to data.
@@ -138,7 +143,7 @@ impl Add for Energy {
 
     fn add(mut self, other: Energy) -> Energy {
         self.terms.extend(other.terms);
-        self.walls = self.walls.max(other.walls);
+        self.regions = self.regions.max(other.regions);
         self.has_tether = self.has_tether || other.has_tether;
         self.has_area = self.has_area || other.has_area;
         self

@@ -21,7 +21,7 @@ pub fn torsion() -> Energy {
     Torsion.into()
 }
 
-/// δ²/(n ℓ) with δ = T·(K × K′), which is ℓ det(T, K̄, C), n = |K̄|² + ε², and the [way](super::curvatures::Way) ℓ from K
+/// δ²/(n ℓ) with δ = T·(K × K′), which is ℓ det(T, K̄, C), n = |K̄|² + ε², and the [distance](super::curvatures::CurvatureDistance) ℓ from K
 /// to K′.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Torsion;
@@ -56,7 +56,7 @@ impl<S: Scalar, const D: usize> Parts<S, D> {
         let along = dot(mean, t);
         let bar = subtract(mean, scale(along, t));
         let by_n = S::ONE / (dot(bar, bar) + window.torsion_curvature * window.torsion_curvature);
-        Parts { cross, delta: dot(t, cross), mean, along, bar, by_n, by_s: curvatures.way.inverse }
+        Parts { cross, delta: dot(t, cross), mean, along, bar, by_n, by_s: curvatures.distance.inverse }
     }
 
     #[inline(always)]
@@ -98,7 +98,7 @@ impl Term<3> for Torsion {
         let delta = parts.delta_first(curvatures.vector, window.tangent[1]);
         let [by_k0, by_k2, by_t] = parts.first(&delta, &parts.n_first());
         let value = parts.value();
-        let (half, slopes) = (S::of(0.5), curvatures.way.slopes());
+        let (half, slopes) = (S::of(0.5), curvatures.distance.slopes());
         let by_a0 = -(half * r0 * dot(by_k0, k0));
         let by_a2 = -(half * r2 * dot(by_k2, k2));
         Partials {

@@ -3,7 +3,7 @@
 // Loops over coordinates by index match the formulas.
 #![allow(clippy::needless_range_loop)]
 
-use super::fence::Quantity;
+use super::penalty::Quantity;
 use super::{Facts, Partials, SecondPartials, Window};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::dot;

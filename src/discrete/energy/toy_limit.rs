@@ -2,8 +2,8 @@
 //!
 //! It follows the recipe in CONTRIBUTING.md.
 
-use super::fence::Quantity;
-use super::{FENCE_KINDS, Facts, Partials, Window};
+use super::penalty::Quantity;
+use super::{Facts, LIMIT_KINDS, Partials, Window};
 use crate::linalg::Scalar;
 
 /// The quantity T_y, which for a slope of α is sin α.
@@ -18,7 +18,7 @@ impl Facts for ToyLimit {
 
 impl Quantity<1> for ToyLimit {
     fn kind(&self) -> usize {
-        FENCE_KINDS - 1
+        LIMIT_KINDS - 1
     }
 
     fn first<S: Scalar, const D: usize>(&self, window: &Window<S, D, 1>) -> Partials<S, D, 1> {

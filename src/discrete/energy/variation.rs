@@ -1,6 +1,6 @@
 //! Variation of curvature: Σ |(I − T Tᵀ)(K′ − K)|²/ℓ.
 
-use super::curvatures::{ByCurvatures, Curvatures, Matrix, Way, matrix};
+use super::curvatures::{ByCurvatures, CurvatureDistance, Curvatures, Matrix, matrix};
 use super::{Energy, Facts, Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{dot, scale, subtract};
@@ -8,7 +8,7 @@ use crate::linalg::scalar::{dot, scale, subtract};
 /// The variation of curvature ∫κ′² + κ²τ² ds as Σ |(I − T Tᵀ)(K′ − K)|²/Δs, in units of 1/length³.
 ///
 /// The sum is over every edge between two interior vertices. K and K′ are the curvature vectors at
-/// the edge's ends, and T is its tangent. Beside a tangent that is given Δs is the way from K to K′. It is 0 on polygons of
+/// the edge's ends, and T is its tangent. Beside a tangent that is given Δs is the distance from K to K′. It is 0 on polygons of
 /// a circle with equal edges. Its order is 3.
 ///
 /// Without the projection a term κ⁴ would remain, and circles would not be optimal.
@@ -18,7 +18,7 @@ pub fn variation() -> Energy {
     Variation.into()
 }
 
-/// |(I − T Tᵀ)(K′ − K)|²/ℓ, with the [way](super::curvatures::Way) ℓ from K to K′.
+/// |(I − T Tᵀ)(K′ − K)|²/ℓ, with the [distance](super::curvatures::CurvatureDistance) ℓ from K to K′.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Variation;
 
@@ -44,13 +44,13 @@ impl Term<3> for Variation {
         let c = subtract(k2, k0);
         let along = dot(c, t1);
         let across = subtract(c, scale(along, t1));
-        let way = Way::of(window.length);
-        let r1 = way.inverse;
+        let distance = CurvatureDistance::of(window.length);
+        let r1 = distance.inverse;
         let value = dot(across, across) * r1;
         // The derivatives by c, and the explicit part by the middle tangent.
         let by_c = scale(two * r1, across);
         let by_t1 = scale(-two * r1 * along, c);
-        let slopes = way.slopes();
+        let slopes = distance.slopes();
         let by_a0 = S::of(0.5) * r0 * dot(by_c, k0);
         let by_a2 = -(S::of(0.5) * r2 * dot(by_c, k2));
         Partials {
@@ -67,7 +67,7 @@ impl Term<3> for Variation {
         let c = subtract(curvatures.vector[1], curvatures.vector[0]);
         let along = dot(c, t);
         let across = subtract(c, scale(along, t));
-        let r = curvatures.way.inverse;
+        let r = curvatures.distance.inverse;
         let factor = S::of(2.0) * r;
         let by_c = scale(factor, across);
         // The derivatives of |c|² − (c·T)², which is |(I − T Tᵀ) c|² for unit tangents.

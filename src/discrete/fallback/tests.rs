@@ -49,14 +49,14 @@ fn rough_curves_of_variation_and_a_little_length_converge_within_sixty_iteration
 }
 
 #[test]
-fn rough_curves_of_many_edges_converge_where_the_gauge_of_their_start_stalls() {
+fn rough_curves_of_many_edges_converge_where_the_regularisation_of_their_start_stalls() {
     let fair = Fair {
         energy: variation() + 0.1 * length(),
         segments: Segments::PerSpan(64),
         max_iterations: 100,
         ..Fair::default()
     };
-    // 169 and 193 with the gauge of the start alone.
+    // 169 and 193 with the regularisation of the start alone.
     for (sigma, least) in [(0.6, 192), (1.2, 197)] {
         let own = reports(&fair, &batch(200, false, sigma, 4));
         let converged = own.iter().filter(|report| report.status == CurveStatus::Converged).count();

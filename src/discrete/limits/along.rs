@@ -156,7 +156,7 @@ impl<const D: usize> Polygon<'_, D> {
 
     /// −σ at the vertex that every edge leads to, with σ = 1 where the chord goes along the direction, and −1 where it
     /// goes against it.
-    pub(super) fn way(&self, direction: [f64; 3]) -> Vec<f64> {
+    pub(super) fn progress(&self, direction: [f64; 3]) -> Vec<f64> {
         let mut slopes = vec![0.0; self.vertices];
         for span in self.spans {
             let chord = self.chord(span);

@@ -3,7 +3,7 @@
 use super::along::Polygon;
 use super::{Limits, of_spans};
 use crate::batch::CurveBatch;
-use crate::discrete::energy::{FENCE_KINDS, Functional, Monotone};
+use crate::discrete::energy::{Functional, LIMIT_KINDS, Monotone};
 
 /// A kind of limits: c = o − βq ≥ 0 at every vertex, for a quantity q.
 ///
@@ -37,8 +37,8 @@ pub(in crate::discrete) struct Broken<'a> {
 }
 
 impl<const D: usize> LimitKind<D> {
-    /// All kinds, in the order of [`Functional::fence`].
-    pub const ALL: [Self; FENCE_KINDS] = [
+    /// All kinds, in the order of [`Functional::penalty`].
+    pub const ALL: [Self; LIMIT_KINDS] = [
         Self::MAX_CURVATURE,
         Self::CURVATURE_SIGN,
         Self::TORSION_SIGN,
@@ -97,16 +97,16 @@ impl<const D: usize> LimitKind<D> {
         },
     };
 
-    /// The way along the direction of number `WAY`.
-    const fn monotone<const WAY: usize>() -> Self {
+    /// Progress along the direction of number `K`.
+    const fn monotone<const K: usize>() -> Self {
         LimitKind {
-            functional: |limits, _| Functional::Monotone(Monotone { direction: limits.ways()[WAY], way: WAY }),
+            functional: |limits, _| Functional::Monotone(Monotone { direction: limits.directions()[K], number: K }),
             offset: 0.0,
             steepness: 1,
-            is_asked: |limits, _| limits.monotone.len() > WAY,
-            slopes: |polygon, limits, _, _| polygon.way(limits.monotone[WAY]),
+            is_asked: |limits, _| limits.monotone.len() > K,
+            slopes: |polygon, limits, _, _| polygon.progress(limits.monotone[K]),
             words: |broken| {
-                let coordinates = broken.limits.monotone[WAY].map(|x| x.to_string());
+                let coordinates = broken.limits.monotone[K].map(|x| x.to_string());
                 let direction = coordinates[..broken.dimension].join(", ");
                 [format!("it goes back along ({direction}) between this point and the next"), "it to".into()]
             },
@@ -130,7 +130,7 @@ impl<const D: usize> LimitKind<D> {
         limits: &Limits,
         batch: &CurveBatch,
         i: usize,
-    ) -> [Vec<f64>; FENCE_KINDS] {
+    ) -> [Vec<f64>; LIMIT_KINDS] {
         Self::ALL.map(|kind| {
             let slopes = if (kind.is_asked)(limits, batch) { (kind.slopes)(polygon, limits, batch, i) } else { vec![] };
             if slopes.iter().any(|slope| *slope != 0.0) { slopes } else { vec![] }

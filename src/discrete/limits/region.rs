@@ -1,6 +1,6 @@
 //! [`Region`]: where curves may be.
 
-use crate::discrete::energy::Wall;
+use crate::discrete::energy::RegionPenalty;
 use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, dot, scale, subtract};
 
@@ -79,10 +79,15 @@ impl Region {
     /// The region's form at size 1 from a point on.
     ///
     /// `unit` is the length in which a half space counts.
-    pub(in crate::discrete) fn form<const D: usize>(&self, from: Vector<f64, D>, size: f64, unit: f64) -> Form<D> {
+    pub(in crate::discrete) fn form<const D: usize>(
+        &self,
+        from: Vector<f64, D>,
+        size: f64,
+        unit: f64,
+    ) -> RegionConstraint<D> {
         let at = |center: [f64; 3]| scale(1.0 / size, subtract(first::<D>(center), from));
-        let disc = |center: [f64; 3], bend: f64, offset: f64| Form {
-            wall: Wall { foot: at(center), bend, ..Wall::NONE },
+        let disc = |center: [f64; 3], bend: f64, offset: f64| RegionConstraint {
+            penalty: RegionPenalty { foot: at(center), bend, ..RegionPenalty::NONE },
             offset,
         };
         match *self {
@@ -90,7 +95,7 @@ impl Region {
                 let normal = first::<D>(normal);
                 let length = dot(normal, normal).sqrt();
                 let axis = scale(1.0 / length, normal);
-                Form::half_plane(scale((offset / length - dot(axis, from)) / size, axis), axis, unit)
+                RegionConstraint::half_plane(scale((offset / length - dot(axis, from)) / size, axis), axis, unit)
             }
             Region::Inside { center, radius } => disc(center, (radius / size).powi(-2), 0.5),
             Region::Outside { center, radius } => disc(center, -(radius / size).powi(-2), -0.5),
@@ -113,37 +118,46 @@ impl std::fmt::Display for Region {
     }
 }
 
-/// A limit c = o − q ≥ 0, for the q of a [`Wall`] without its multiplier.
+/// A limit c = o − q ≥ 0, for the q of a [`RegionPenalty`] without its multiplier.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::discrete) struct Form<const D: usize> {
+pub(in crate::discrete) struct RegionConstraint<const D: usize> {
     /// Its foot is from the first vertex of the start on.
-    pub wall: Wall<f64, D>,
+    pub penalty: RegionPenalty<f64, D>,
     /// o
     pub offset: f64,
 }
 
-impl<const D: usize> Form<D> {
+impl<const D: usize> RegionConstraint<D> {
     /// The form for a vertex beside an edge of length `edge`.
     ///
     /// An edge between two vertices at the distance √(r² + h²/4) touches a disc with its middle.
     pub fn beside(self, edge: f64) -> Self {
-        let Wall { bend, .. } = self.wall;
+        let RegionPenalty { bend, .. } = self.penalty;
         match bend < 0.0 {
-            true => Form { wall: Wall { bend: -1.0 / (0.25 * edge * edge - 1.0 / bend), ..self.wall }, ..self },
+            true => RegionConstraint {
+                penalty: RegionPenalty { bend: -1.0 / (0.25 * edge * edge - 1.0 / bend), ..self.penalty },
+                ..self
+            },
             false => self,
         }
     }
 
     /// n·(f − p) ≤ 0, for a unit vector n and a point p of the edge. `unit` is the length in which it counts.
     pub fn half_plane(foot: Vector<f64, D>, axis: Vector<f64, D>, unit: f64) -> Self {
-        Form { wall: Wall { foot, axis, plane: 1.0 / unit, ..Wall::NONE }, offset: 0.0 }
+        RegionConstraint {
+            penalty: RegionPenalty { foot, axis, plane: 1.0 / unit, ..RegionPenalty::NONE },
+            offset: 0.0,
+        }
     }
 
     /// Within a distance of a chord.
     pub fn corridor(from: Vector<f64, D>, chord: Vector<f64, D>, width: f64) -> Self {
         let span = dot(chord, chord).sqrt();
         let axis = if span > 0.0 { scale(1.0 / span, chord) } else { [0.0; D] };
-        Form { wall: Wall { foot: from, axis, span, bend: width.powi(-2), ..Wall::NONE }, offset: 0.5 }
+        RegionConstraint {
+            penalty: RegionPenalty { foot: from, axis, span, bend: width.powi(-2), ..RegionPenalty::NONE },
+            offset: 0.5,
+        }
     }
 }
 

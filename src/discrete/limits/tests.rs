@@ -6,12 +6,12 @@ use crate::discrete::{Fair, Segments};
 use crate::{CurveStatus, Device, Fit, Sampling};
 
 #[test]
-fn every_kind_of_limits_stands_where_its_fences_do() {
+fn every_kind_of_limits_stands_where_its_penaltys_do() {
     fn check<const D: usize>() {
-        let limits = Limits { monotone: vec![[1.0, 0.0, 0.0]; WAYS], ..Limits::default() };
+        let limits = Limits { monotone: vec![[1.0, 0.0, 0.0]; MOST_DIRECTIONS], ..Limits::default() };
         for (k, kind) in LimitKind::<D>::ALL.iter().enumerate() {
             for in_surface in [false, true] {
-                assert_eq!((kind.functional)(&limits, in_surface).fence(), Some(k), "{D}-D");
+                assert_eq!((kind.functional)(&limits, in_surface).penalty(), Some(k), "{D}-D");
             }
         }
     }

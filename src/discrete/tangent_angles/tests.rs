@@ -167,7 +167,7 @@ fn a_circle_is_where_points_of_a_circle_lead() {
 fn where_newton_at_the_vertices_converges_angles_lead_to_the_same_energies() {
     let mut rng = StdRng::seed_from_u64(5);
     let energy = variation() + 0.1 * length();
-    let plan = plan::Plan { solver: plan::Solver::Newton, order: 3, gauge: 3 };
+    let plan = plan::Plan { solver: plan::Solver::Newton, order: 3, regularisation: 3 };
     for (closed, sigma) in [(false, 0.2), (false, 0.6), (true, 0.1)] {
         let (mut both, mut same) = (0, 0);
         for _ in 0..40 {

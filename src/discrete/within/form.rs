@@ -1,4 +1,4 @@
-//! [`Local`] and [`Form`]: surfaces in the coordinates of problems, of one curve and of all lanes.
+//! [`Local`] and [`RegionConstraint`]: surfaces in the coordinates of problems, of one curve and of all lanes.
 
 // Loops over coordinates and lanes by index match the formulas, and stay within code for wide registers.
 #![allow(clippy::needless_range_loop)]
@@ -35,7 +35,7 @@ pub(in crate::discrete) fn has_kernel(surface: &dyn Surface, precision: Precisio
 }
 
 /// F of every lane.
-pub(super) enum Form<S, const D: usize> {
+pub(super) enum RegionConstraint<S, const D: usize> {
     /// ½ yᵀA y + b·y + c
     Quadric {
         matrix: Block<S, D>,
@@ -105,11 +105,11 @@ pub(super) fn lane_of<S: Scalar, const D: usize>(x: &Vector<S, D>, lane: usize) 
     std::array::from_fn(|c| x[c].lane(lane).to_f64())
 }
 
-impl<S: Scalar, const D: usize> Form<S, D> {
+impl<S: Scalar, const D: usize> RegionConstraint<S, D> {
     pub(super) fn new(lanes: &[&Local]) -> Self {
         let quadrics: Option<Vec<_>> = lanes.iter().map(|local| local.quadric()).collect();
         let Some(quadrics) = quadrics else {
-            return Form::Other(lanes.iter().map(|local| (*local).clone()).collect());
+            return RegionConstraint::Other(lanes.iter().map(|local| (*local).clone()).collect());
         };
         let (mut matrix, mut linear, mut constant) = ([[S::ZERO; D]; D], [S::ZERO; D], S::ZERO);
         for (lane, (a, b, c)) in quadrics.into_iter().enumerate() {
@@ -119,22 +119,22 @@ impl<S: Scalar, const D: usize> Form<S, D> {
                 (0..D).for_each(|column| matrix[row][column].set_lane(lane, number::<S>(a.col(column)[row])));
             }
         }
-        Form::Quadric { matrix, linear, constant }
+        RegionConstraint::Quadric { matrix, linear, constant }
     }
 
     /// A of quadrics.
     #[inline(always)]
     pub(super) fn matrix(&self) -> Option<&Block<S, D>> {
         match self {
-            Form::Quadric { matrix, .. } => Some(matrix),
-            Form::Other(_) => None,
+            RegionConstraint::Quadric { matrix, .. } => Some(matrix),
+            RegionConstraint::Other(_) => None,
         }
     }
 
     /// n and 1/|∇F| at a place, of quadrics.
     #[inline(always)]
     pub(super) fn slope(&self, y: Vector<S, D>) -> Option<(Vector<S, D>, S)> {
-        let Form::Quadric { matrix, linear, .. } = self else { return None };
+        let RegionConstraint::Quadric { matrix, linear, .. } = self else { return None };
         let gradient = add(times(matrix, y), *linear);
         let inverse = S::ONE / dot(gradient, gradient).sqrt();
         Some((scale(inverse, gradient), inverse))
@@ -143,8 +143,8 @@ impl<S: Scalar, const D: usize> Form<S, D> {
     /// n and W at a place, of surfaces that are no quadrics.
     pub(super) fn jet(&self, y: Vector<S, D>) -> (Vector<S, D>, Block<S, D>) {
         match self {
-            Form::Quadric { .. } => unreachable!("quadrics have a slope"),
-            Form::Other(lanes) => Self::jet_of_any(lanes, y),
+            RegionConstraint::Quadric { .. } => unreachable!("quadrics have a slope"),
+            RegionConstraint::Other(lanes) => Self::jet_of_any(lanes, y),
         }
     }
 
@@ -165,7 +165,7 @@ impl<S: Scalar, const D: usize> Form<S, D> {
     #[inline(always)]
     pub(super) fn way(&self, y: Vector<S, D>) -> Vector<S, D> {
         match self {
-            Form::Quadric { matrix, linear, constant } => {
+            RegionConstraint::Quadric { matrix, linear, constant } => {
                 let product = times(matrix, y);
                 let gradient = add(product, *linear);
                 let value = dot(y, add(scale(S::of(0.5), product), *linear)) + *constant;
@@ -175,7 +175,7 @@ impl<S: Scalar, const D: usize> Form<S, D> {
                 let root = (square * square - S::of(2.0) * bend * value).sqrt();
                 scale(-S::of(2.0) * value / (square + root), gradient)
             }
-            Form::Other(lanes) => Self::way_of_any(lanes, y),
+            RegionConstraint::Other(lanes) => Self::way_of_any(lanes, y),
         }
     }
 
@@ -193,8 +193,8 @@ impl<S: Scalar, const D: usize> Form<S, D> {
     #[inline(always)]
     pub(super) fn third(&self, y: Vector<S, D>, along: Vector<S, D>) -> Block<S, D> {
         match self {
-            Form::Quadric { .. } => [[S::ZERO; D]; D],
-            Form::Other(lanes) => Self::third_of_any(lanes, y, along),
+            RegionConstraint::Quadric { .. } => [[S::ZERO; D]; D],
+            RegionConstraint::Other(lanes) => Self::third_of_any(lanes, y, along),
         }
     }
 

@@ -12,7 +12,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::super::block::{Block, times};
-use super::super::energy::Fence;
+use super::super::energy::Penalty;
 use super::super::energy::in_surface::{InSurface, Parts};
 use super::super::stretches::Stretch;
 use super::super::tangent_planes::{Basis, TangentSystem, add_own, add_pair, between, onto};
@@ -170,11 +170,11 @@ impl<S: Scalar, const D: usize> Bend<'_, S, D> {
         weight: S,
         energy: &impl InSurface,
         measure: S,
-        fence: &Fence<S>,
+        penalty: &Penalty<S>,
     ) {
         let mu = subtract(self.links[1].along[0], self.links[0].along[1]);
         let parts = Parts { square: dot(mu, mu), measure };
-        let (by, twice) = (energy.first_of(&parts, fence), energy.second_of(&parts, fence));
+        let (by, twice) = (energy.first_of(&parts, penalty), energy.second_of(&parts, penalty));
         let across = weight * twice.across;
         let mut three = Three::ZERO;
         let slope = self.add_turn(&mut three, mu, across, weight * twice.along);

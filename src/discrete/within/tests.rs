@@ -3,7 +3,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::super::descent::Descent;
-use super::super::energy::{Energy, Fence, Fencing, Functional, bending, geodesic_bending, length};
+use super::super::energy::{Energy, Functional, LimitTerms, Penalty, bending, geodesic_bending, length};
 use super::super::plan::{Plan, Solver};
 use super::super::problem::{Problem, start};
 use super::*;
@@ -35,11 +35,11 @@ fn problems(closed: bool) -> Vec<Problem<3>> {
             data: vec![0],
             weights: vec![1.0, 0.3, 0.2, 1.0],
             // Of ψ = ½ ρ (r + κ_g/κ)², beyond which every vertex is.
-            fences: std::array::from_fn(|kind| match kind {
-                0 => vec![Fence { slope: 0.7, reach: 0.2, stiffness: 0.4 }; 9],
+            penalties: std::array::from_fn(|kind| match kind {
+                0 => vec![Penalty { slope: 0.7, reach: 0.2, stiffness: 0.4 }; 9],
                 _ => vec![],
             }),
-            gauge: 0.1,
+            regularisation: 0.1,
             free: vec![1.0; 9],
             places: vertices.iter().map(|v| scaled(vertices[0], *v)).collect(),
             surface: Some(Local { surface, origin: vertices[0], size }),
@@ -62,11 +62,11 @@ fn stepped(descent: &mut Descent<'_, f64, 3>, p: &[[f64; 3]], epsilon: f64) -> f
 
 #[test]
 fn gradients_and_hessians_in_surfaces_are_those_of_differences() {
-    let plan = Plan { solver: Solver::Newton, order: 2, gauge: 2 };
+    let plan = Plan { solver: Solver::Newton, order: 2, regularisation: 2 };
     for (nu, closed) in [(2.0, false), (2.0, true), (3.0, false), (1.7, true)] {
         let energy: Energy = geodesic_bending(nu) + bending(2.0) + length();
         let quantities = vec![Functional::GeodesicMaxCurvature(Default::default())];
-        let energy = energy.fenced(Fencing { quantities, ..Fencing::default() });
+        let energy = energy.with_limits(LimitTerms { quantities, ..LimitTerms::default() });
         let functionals: Vec<&Functional> = energy.terms().iter().map(|(_, functional)| functional).collect();
         for problem in problems(closed) {
             let name = problem.surface.as_ref().unwrap().surface.name();

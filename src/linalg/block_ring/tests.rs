@@ -5,7 +5,7 @@ use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 
 use super::*;
-use crate::discrete::{Energy, Evaluate, Gauging, MOST_EDGES, Want, bending, length, variation};
+use crate::discrete::{Energy, Evaluate, MOST_EDGES, SpacingRegularisation, Want, bending, length, variation};
 use crate::linalg::Real;
 use crate::linalg::banded::Banded;
 use crate::{CurveBatch, Device};
@@ -78,8 +78,8 @@ impl<const D: usize> Case<D> {
     fn at(energy: &Energy, points: Vec<f64>, closed: bool, reach: usize, fraction: f64, mut rng: StdRng) -> Self {
         let n = points.len() / D;
         let batch = CurveBatch::from_ragged(D, points, vec![0, n]).unwrap().closed_each(vec![closed]).unwrap();
-        let gauge = Some(Gauging { weights: &[1.0], is_data: &vec![false; n] });
-        let options = Evaluate { want: Want::Blocks, gauge, ..Evaluate::default() };
+        let regularisation = Some(SpacingRegularisation { weights: &[1.0], is_data: &vec![false; n] });
+        let options = Evaluate { want: Want::Blocks, regularisation, ..Evaluate::default() };
         let found = energy.evaluate(&batch, options, &Device::cpu()).unwrap().remove(0).hessian;
         let block = |v: usize, k: usize| -> Block<f64, D> {
             let first = (v * (MOST_EDGES + 1) + k) * D * D;

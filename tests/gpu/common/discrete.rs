@@ -1,6 +1,6 @@
 //! Discrete energies of a batch on either device, and the units in which the devices may differ.
 
-use faircurve::discrete::{Energy, Evaluate, Evaluation, Gauging, MOST_EDGES, Want};
+use faircurve::discrete::{Energy, Evaluate, Evaluation, MOST_EDGES, SpacingRegularisation, Want};
 use faircurve::{CurveBatch, Device};
 use rand::RngExt;
 use rand::rngs::StdRng;
@@ -22,11 +22,11 @@ pub enum Part {
 
 pub const PARTS: [Part; 4] = [Part::Value, Part::Slope, Part::Gradient, Part::Hessian];
 
-/// A batch with a gauge, attachments and a direction.
+/// A batch with a regularisation, attachments and a direction.
 #[derive(Clone)]
 pub struct Case {
     pub batch: CurveBatch,
-    pub gauge: Option<(Vec<f64>, Vec<bool>)>,
+    pub regularisation: Option<(Vec<f64>, Vec<bool>)>,
     pub points: Vec<f64>,
     pub weights: Vec<f64>,
     pub direction: Vec<f64>,
@@ -39,11 +39,11 @@ impl Case {
         let weights =
             (0..batch.total_points()).map(|v| if v % 3 == 0 { rng.random_range(0.1..1.0) } else { NO_WEIGHT });
         let weights = weights.collect();
-        Case { batch, gauge: None, points, weights, direction }
+        Case { batch, regularisation: None, points, weights, direction }
     }
 
-    /// Every fifth vertex a data point, and a gauge that weighs about as much as bending does.
-    pub fn with_gauge(mut self) -> Self {
+    /// Every fifth vertex a data point, and a regularisation that weighs about as much as bending does.
+    pub fn with_regularisation(mut self) -> Self {
         let (batch, d) = (&self.batch, self.batch.dimension());
         let weight = |i: usize| {
             let edges = batch.points(i).windows(2 * d).step_by(d);
@@ -52,7 +52,7 @@ impl Case {
             if mean > 0.0 && mean.is_finite() { 1.0 / mean } else { 1.0 }
         };
         let weights = (0..batch.len()).map(weight).collect();
-        self.gauge = Some((weights, (0..batch.total_points()).map(|v| v % 5 == 0).collect()));
+        self.regularisation = Some((weights, (0..batch.total_points()).map(|v| v % 5 == 0).collect()));
         self
     }
 
@@ -67,8 +67,9 @@ impl Case {
             Part::Gradient => Want::Gradient,
             Part::Hessian => Want::Blocks,
         };
-        let gauge = self.gauge.as_ref().map(|(weights, is_data)| Gauging { weights, is_data });
-        let options = Evaluate { want, targets: Some(&targets), gauge, ..Evaluate::default() };
+        let regularisation =
+            self.regularisation.as_ref().map(|(weights, is_data)| SpacingRegularisation { weights, is_data });
+        let options = Evaluate { want, targets: Some(&targets), regularisation, ..Evaluate::default() };
         energy.evaluate(&self.batch, options, device).unwrap()
     }
 

@@ -1,19 +1,19 @@
-//! Walls: what keeps single vertices within a region.
+//! Region penalties: what keeps single vertices within a region.
 
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
 
-/// A wall that a vertex with the displacement u keeps from.
+/// The penalty of a region constraint on a vertex with the displacement u.
 ///
 /// ```text
 /// ψ = ½ ρ s²,  s = max(0, r + q),  q = φ (v·o) + ½ b |o − t v|²,  o = u − p,  t = min(max(v·o, 0), ℓ)
 /// ```
 ///
 /// |o − t v| is the distance from the segment of length ℓ that begins at p along the unit vector v. For ℓ = 0 this is a
-/// disc. With b = 0 the wall is a plane. As for a [fence](super::Fence) r = y/ρ − o, for a limit c = o − q, and the next
+/// disc. With b = 0 the region is a half-space. As for a [penalty](super::Penalty) r = y/ρ − o, for a limit c = o − q, and the next
 /// multiplier is ρs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Wall<S, const D: usize> {
+pub(crate) struct RegionPenalty<S, const D: usize> {
     /// p
     pub foot: Vector<S, D>,
     /// v
@@ -30,9 +30,9 @@ pub(crate) struct Wall<S, const D: usize> {
     pub stiffness: S,
 }
 
-impl<S: Scalar, const D: usize> Wall<S, D> {
-    /// No wall.
-    pub const NONE: Self = Wall {
+impl<S: Scalar, const D: usize> RegionPenalty<S, D> {
+    /// No penalty.
+    pub const NONE: Self = RegionPenalty {
         foot: [S::ZERO; D],
         axis: [S::ZERO; D],
         span: S::ZERO,
@@ -42,17 +42,17 @@ impl<S: Scalar, const D: usize> Wall<S, D> {
         stiffness: S::ZERO,
     };
 
-    /// Sets the wall of a lane.
-    pub fn set_lane(&mut self, lane: usize, wall: &Wall<f64, D>) {
+    /// Sets the penalty of a lane.
+    pub fn set_lane(&mut self, lane: usize, penalty: &RegionPenalty<f64, D>) {
         for c in 0..D {
-            self.foot[c].set_lane(lane, number::<S>(wall.foot[c]));
-            self.axis[c].set_lane(lane, number::<S>(wall.axis[c]));
+            self.foot[c].set_lane(lane, number::<S>(penalty.foot[c]));
+            self.axis[c].set_lane(lane, number::<S>(penalty.axis[c]));
         }
-        self.span.set_lane(lane, number::<S>(wall.span));
-        self.plane.set_lane(lane, number::<S>(wall.plane));
-        self.bend.set_lane(lane, number::<S>(wall.bend));
-        self.reach.set_lane(lane, number::<S>(wall.reach));
-        self.stiffness.set_lane(lane, number::<S>(wall.stiffness));
+        self.span.set_lane(lane, number::<S>(penalty.span));
+        self.plane.set_lane(lane, number::<S>(penalty.plane));
+        self.bend.set_lane(lane, number::<S>(penalty.bend));
+        self.reach.set_lane(lane, number::<S>(penalty.reach));
+        self.stiffness.set_lane(lane, number::<S>(penalty.stiffness));
     }
 
     /// q and its gradient, at u.

@@ -1,4 +1,4 @@
-//! The gauge, which keeps edges between data points equal.
+//! The regularisation, which keeps edges between data points equal.
 //!
 //! It is ½ Σ q² with q = 2c (Δs′ − Δs)/(Δs′ + Δs) at vertices that are no data points, which does not change when
 //! the curve is scaled. In surfaces and with limits it is q = c (Δs′ − Δs), which is not bounded and whose Hessian is semidefinite. For energies of order 3 it is ½ Σ (q′ − q)² over edges, with q = c (Δs′ − Δs), and 0 at
@@ -6,7 +6,7 @@
 //! derivative more.
 //!
 //! Energies of curves do not change when vertices slide along the curve, so nothing says where
-//! vertices should lie. The gauge makes edges between data points equal. Every curve can meet it
+//! vertices should lie. The regularisation makes edges between data points equal. Every curve can meet it
 //! exactly, so unlike tension it does not change the shape. Energies are reported without it.
 //!
 //! The factor c is 1 where spans are alike. It is larger in spans of shorter edges, as the resistance to bending is.
@@ -15,9 +15,9 @@ use super::{Partials, Term, Window};
 use crate::linalg::Scalar;
 
 /// The term ½ q² with q = 2c (Δs′ − Δs)/(Δs′ + Δs), which is 0 at a data point.
-pub(crate) struct Gauge;
+pub(crate) struct RatioRegularisation;
 
-impl Term<2> for Gauge {
+impl Term<2> for RatioRegularisation {
     const BY_TANGENT: bool = false;
 
     #[inline(always)]
@@ -50,10 +50,10 @@ impl Term<2> for Gauge {
     }
 }
 
-/// The term ½ c² (Δs′ − Δs)², which is 0 at a data point: in surfaces, with limits, and at the ends beside [`SmoothGauge`].
-pub(crate) struct DifferenceGauge;
+/// The term ½ c² (Δs′ − Δs)², which is 0 at a data point: in surfaces, with limits, and at the ends beside [`SmoothRegularisation`].
+pub(crate) struct DifferenceRegularisation;
 
-impl Term<2> for DifferenceGauge {
+impl Term<2> for DifferenceRegularisation {
     const BY_TANGENT: bool = false;
 
     #[inline(always)]
@@ -80,9 +80,9 @@ impl Term<2> for DifferenceGauge {
 
 /// The term ½ (q′ − q)² over the middle edge, with q = c (Δs′ − Δs) at its ends and 0 at a data
 /// point.
-pub(crate) struct SmoothGauge;
+pub(crate) struct SmoothRegularisation;
 
-impl Term<3> for SmoothGauge {
+impl Term<3> for SmoothRegularisation {
     const BY_TANGENT: bool = false;
 
     #[inline(always)]

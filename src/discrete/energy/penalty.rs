@@ -1,4 +1,4 @@
-//! Fences: the local energies that keep a quantity of a few edges within a limit.
+//! Penalties: the local energies that keep a quantity of a few edges within a limit.
 //!
 //! A limit on a quantity q of a curve is c ≥ 0 with c = o − βq. The method of multipliers adds the energy
 //!
@@ -9,7 +9,7 @@
 //! for a stiffness ρ > 0. This is (max(0, y − ρc)² − y²)/(2ρ) for the multiplier y of c ≥ 0, where r = y/ρ − o, but for a
 //! constant. The next multiplier is ρs. Where a limit is kept with room, ψ is 0.
 //!
-//! Fences stand at vertices, and differ from one to the next. No energy of a user holds them: curves with
+//! Penalties stand at vertices, and differ from one to the next. No energy of a user holds them: curves with
 //! [`Limits`](crate::discrete::Limits) do.
 //!
 //! Source: R. T. Rockafellar, *The multiplier method of Hestenes and Powell applied to convex programming* (1973).
@@ -18,9 +18,9 @@ use super::{Functional, Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::scale;
 
-/// The fence at a vertex. Without stiffness there is none.
+/// The penalty at a vertex. Without stiffness there is none.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Fence<S> {
+pub(crate) struct Penalty<S> {
     /// β
     pub slope: S,
     /// r
@@ -30,30 +30,30 @@ pub(crate) struct Fence<S> {
 }
 
 /// The most directions along which a curve does not go back.
-pub(crate) const WAYS: usize = 3;
+pub(crate) const MOST_DIRECTIONS: usize = 3;
 
-/// The kind of the fences of the first way, after those of |K|, of the signed curvature and of the twist.
-pub(crate) const FIRST_WAY: usize = 3;
+/// The kind of the penalties of the first direction, after those of |K|, of the signed curvature and of the twist.
+pub(crate) const FIRST_DIRECTION: usize = 3;
 
-/// The kinds of fences, in the order of their arrays. Tests have one more.
-pub(crate) const FENCE_KINDS: usize = FIRST_WAY + WAYS + cfg!(test) as usize;
+/// The kinds of penalties, in the order of their arrays. Tests have one more.
+pub(crate) const LIMIT_KINDS: usize = FIRST_DIRECTION + MOST_DIRECTIONS + cfg!(test) as usize;
 
 /// What a batch of curves is kept with.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Fencing {
-    /// The quantities that fences limit.
+pub(crate) struct LimitTerms {
+    /// The quantities that penalties limit.
     pub quantities: Vec<Functional>,
-    /// How many walls a vertex has at most.
-    pub walls: usize,
+    /// The largest number of region penalties of a vertex.
+    pub regions: usize,
     /// Whether the length has a weight of its own, the last.
     pub stretch: bool,
     /// Whether the area has a weight.
     pub area: bool,
 }
 
-impl<S: Scalar> Fence<S> {
-    /// No fence.
-    pub const NONE: Self = Fence { slope: S::ZERO, reach: S::ZERO, stiffness: S::ZERO };
+impl<S: Scalar> Penalty<S> {
+    /// No penalty.
+    pub const NONE: Self = Penalty { slope: S::ZERO, reach: S::ZERO, stiffness: S::ZERO };
 
     /// s
     #[inline(always)]
@@ -107,9 +107,9 @@ impl<S: Scalar> Fence<S> {
     }
 }
 
-/// A quantity q of W edges that [fences](Fence) limit.
+/// A quantity q of W edges that [penalties](Penalty) limit.
 pub(crate) trait Quantity<const W: usize> {
-    /// The kind of its fences.
+    /// The kind of its penalties.
     fn kind(&self) -> usize;
     /// q and its partial derivatives.
     fn first<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> Partials<S, D, W>;
@@ -122,7 +122,7 @@ pub(crate) trait Quantity<const W: usize> {
 
 impl<Q: Quantity<W>, const W: usize> Term<W> for Q {
     #[inline(always)]
-    fn fence(&self) -> Option<usize> {
+    fn penalty(&self) -> Option<usize> {
         Some(self.kind())
     }
 
@@ -133,17 +133,17 @@ impl<Q: Quantity<W>, const W: usize> Term<W> for Q {
 
     #[inline(always)]
     fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> S {
-        window.fence.value(self.first(window).value)
+        window.penalty.value(self.first(window).value)
     }
 
     #[inline(always)]
     fn gradient<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> Partials<S, D, W> {
-        window.fence.gradient(&self.first(window))
+        window.penalty.gradient(&self.first(window))
     }
 
     #[inline(always)]
     fn hessian<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> SecondPartials<S, D, W> {
         let first = self.first(window);
-        window.fence.hessian(&first, &self.second(window, &first))
+        window.penalty.hessian(&first, &self.second(window, &first))
     }
 }

@@ -1,17 +1,17 @@
-//! [`Walls`]: the regions that the vertices of one curve keep within.
+//! [`RegionConstraints`]: the regions that the vertices of one curve keep within.
 //!
-//! A vertex has the walls of the few regions that it is nearest to. They are chosen anew between rounds. Those that push
+//! A vertex is constrained by the few regions that it is nearest to. They are chosen anew between rounds. Those that push
 //! stay.
 //!
 //! A curve that passes through a disc to stay out of would be pushed apart along itself. So it is lifted out first, to the
 //! side where it is nearer to the edge.
 
-use super::energy::Wall;
-use super::limits::Form;
+use super::energy::RegionPenalty;
+use super::limits::RegionConstraint;
 use super::problem::Problem;
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 
-/// The most walls of a vertex.
+/// The largest number of regions that constrain a vertex at once.
 ///
 /// A vertex in the corner between two regions has two, and a corridor as a third.
 const MOST: usize = 3;
@@ -21,35 +21,35 @@ const UNEVEN: f64 = 1.01;
 
 /// The regions of a curve at size 1.
 #[derive(Clone, Debug)]
-pub(super) struct Walls<const D: usize> {
-    regions: Vec<Form<D>>,
+pub(super) struct RegionConstraints<const D: usize> {
+    regions: Vec<RegionConstraint<D>>,
     /// The rows of the data points that spans lie between, and the longest edge beside each vertex.
     spans: Vec<[usize; 2]>,
     edges: Vec<f64>,
     /// The corridor of each vertex; empty without one.
-    corridors: Vec<Option<Form<D>>>,
+    corridors: Vec<Option<RegionConstraint<D>>>,
     /// The half-planes on the own side of neighbours, and for each vertex the numbers of its own; empty without any.
-    sides: Vec<Side<D>>,
+    sides: Vec<NeighbourConstraint<D>>,
     own: Vec<Vec<usize>>,
     movable: Vec<bool>,
-    /// The regions whose walls stand, one a layer, for each vertex. The corridor comes after all regions, and then sides.
+    /// The regions that constrain each vertex, one per layer. The corridor comes after all regions, and then sides.
     chosen: Vec<Vec<Option<usize>>>,
 }
 
-/// A half-plane in which one vertex is on its own side of a neighbour.
+/// A half-plane that separates one vertex from a neighbouring curve.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Side<const D: usize> {
+pub(super) struct NeighbourConstraint<const D: usize> {
     pub row: usize,
-    pub form: Form<D>,
+    pub form: RegionConstraint<D>,
     /// The number of the curve on the other side.
     pub neighbour: usize,
 }
 
-impl<const D: usize> Walls<D> {
+impl<const D: usize> RegionConstraints<D> {
     pub fn new(
-        regions: Vec<Form<D>>,
-        corridors: Vec<Option<Form<D>>>,
-        sides: Vec<Side<D>>,
+        regions: Vec<RegionConstraint<D>>,
+        corridors: Vec<Option<RegionConstraint<D>>>,
+        sides: Vec<NeighbourConstraint<D>>,
         spans: Vec<[usize; 2]>,
         pinned: &[u32],
         vertices: usize,
@@ -60,7 +60,7 @@ impl<const D: usize> Walls<D> {
         sides.iter().enumerate().for_each(|(k, side)| own[side.row].push(k));
         let most = own.iter().map(Vec::len).max().unwrap_or(0);
         let layers = Self::most(regions.len() + usize::from(!corridors.is_empty()) + most);
-        Walls {
+        RegionConstraints {
             regions,
             spans,
             edges: vec![0.0; vertices],
@@ -72,18 +72,18 @@ impl<const D: usize> Walls<D> {
         }
     }
 
-    /// How many walls a vertex has at most, of this many regions.
+    /// The largest number of regions that constrain a vertex at once, of this many.
     pub fn most(regions: usize) -> usize {
         MOST.min(regions)
     }
 
-    /// How many walls a vertex has at most.
+    /// The largest number of region penalties of a vertex.
     fn layers(&self) -> usize {
         self.chosen.len()
     }
 
     /// The numbers of the regions of a vertex with their forms; none where it is pinned.
-    fn of(&self, row: usize) -> impl Iterator<Item = (usize, Form<D>)> {
+    fn of(&self, row: usize) -> impl Iterator<Item = (usize, RegionConstraint<D>)> {
         let regions = self.regions.iter().map(move |form| form.beside(self.edges[row])).enumerate();
         let corridor = self.corridors.get(row).copied().flatten().map(|form| (self.regions.len(), form));
         let sides = self.own.get(row).into_iter().flatten();
@@ -106,7 +106,7 @@ impl<const D: usize> Walls<D> {
         Some(self.sides.get(region.checked_sub(self.regions.len() + 1)?)?.neighbour)
     }
 
-    fn form(&self, row: usize, region: usize) -> Option<Form<D>> {
+    fn form(&self, row: usize, region: usize) -> Option<RegionConstraint<D>> {
         self.of(row).find(|(number, _)| *number == region).map(|(_, form)| form)
     }
 
@@ -118,43 +118,45 @@ impl<const D: usize> Walls<D> {
             .flat_map(move |(row, place)| self.of(row).map(move |(region, form)| (row, region, form.room(*place))))
     }
 
-    /// Every wall that stands, with o of its limit.
+    /// Every active penalty, with o of its limit.
     pub fn standing<'a>(
         &'a self,
-        walls: &'a mut [Vec<Wall<f64, D>>],
-    ) -> impl Iterator<Item = (&'a mut Wall<f64, D>, f64)> {
-        let all =
-            walls.iter_mut().zip(&self.chosen).flat_map(|(walls, chosen)| walls.iter_mut().zip(chosen).enumerate());
-        all.filter_map(|(row, (wall, region))| Some((wall, self.form(row, (*region)?)?.offset)))
+        regions: &'a mut [Vec<RegionPenalty<f64, D>>],
+    ) -> impl Iterator<Item = (&'a mut RegionPenalty<f64, D>, f64)> {
+        let all = regions
+            .iter_mut()
+            .zip(&self.chosen)
+            .flat_map(|(regions, chosen)| regions.iter_mut().zip(chosen).enumerate());
+        all.filter_map(|(row, (penalty, region))| Some((penalty, self.form(row, (*region)?)?.offset)))
     }
 
-    /// Chooses the walls of every vertex where the problem's base stands.
+    /// Chooses the regions that constrain every vertex where the problem's base stands.
     ///
-    /// Walls that push stay. r of each is its push y/ρ so far, times `ratio`; then it is that of a wall of this stiffness
+    /// Regions that push stay. r of each is its push y/ρ so far, times `ratio`; then it is that of a penalty of this stiffness
     /// and margin.
     pub fn choose(&mut self, problem: &mut Problem<D>, margin: f64, stiffness: f64, ratio: f64) {
         let layers = self.layers();
         self.measure(problem);
-        problem.walls.resize(layers, Vec::new());
-        problem.walls.iter_mut().for_each(|walls| walls.resize(self.movable.len(), Wall::NONE));
+        problem.regions.resize(layers, Vec::new());
+        problem.regions.iter_mut().for_each(|regions| regions.resize(self.movable.len(), RegionPenalty::NONE));
         for row in 0..self.movable.len() {
             let place = problem.places[row];
             let mut near: Vec<(f64, usize, f64)> = Vec::new();
             for (region, form) in self.of(row) {
                 let before = (0..layers).find(|&layer| self.chosen[layer][row] == Some(region));
-                let push = before.map_or(0.0, |layer| ratio * problem.walls[layer][row].reach);
+                let push = before.map_or(0.0, |layer| ratio * problem.regions[layer][row].reach);
                 let gap = if push > 0.0 { f64::NEG_INFINITY } else { form.gap(place) };
                 near.push((gap, region, push));
             }
             near.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
             for layer in 0..layers {
                 self.chosen[layer][row] = near.get(layer).map(|(_, region, _)| *region);
-                problem.walls[layer][row] = match near.get(layer) {
+                problem.regions[layer][row] = match near.get(layer) {
                     Some((_, region, push)) => {
                         let form = self.form(row, *region).expect("it is one of the vertex");
-                        form.wall_at(place, push - form.offset + margin, stiffness)
+                        form.region_at(place, push - form.offset + margin, stiffness)
                     }
-                    None => Wall::NONE,
+                    None => RegionPenalty::NONE,
                 };
             }
         }
@@ -172,8 +174,8 @@ impl<const D: usize> Walls<D> {
     }
 
     /// The discs to stay out of that a vertex is in.
-    fn around(&self, row: usize, place: Vector<f64, D>) -> impl Iterator<Item = Form<D>> {
-        self.of(row).map(|(_, form)| form).filter(move |form| form.wall.bend < 0.0 && form.room(place) < 0.0)
+    fn around(&self, row: usize, place: Vector<f64, D>) -> impl Iterator<Item = RegionConstraint<D>> {
+        self.of(row).map(|(_, form)| form).filter(move |form| form.penalty.bend < 0.0 && form.room(place) < 0.0)
     }
 
     /// The displacements that lift the curve at these places out of discs that it passes through; none if there are none.
@@ -204,7 +206,7 @@ impl<const D: usize> Walls<D> {
         let across = |v: Vector<f64, D>| subtract(v, scale(dot(v, way), way));
         let offsets = part.iter().flat_map(|&row| {
             self.around(row, places[row])
-                .map(move |form| (subtract(places[row], form.wall.foot), (-1.0 / form.wall.bend).sqrt()))
+                .map(move |form| (subtract(places[row], form.penalty.foot), (-1.0 / form.penalty.bend).sqrt()))
         });
         let (sum, radius) = offsets.fold(([0.0; D], 0.0), |(sum, radius), (o, r)| (add(sum, o), radius + r));
         let mut up = across(sum);
@@ -265,28 +267,28 @@ impl<const D: usize> Walls<D> {
         for _ in 0..self.regions.len() {
             let at = add(place, scale(lift, up));
             let Some(form) = self.around(row, at).next() else { break };
-            let o = subtract(at, form.wall.foot);
+            let o = subtract(at, form.penalty.foot);
             let height = dot(o, up);
-            let half = (-1.0 / form.wall.bend - (dot(o, o) - height * height)).max(0.0).sqrt();
+            let half = (-1.0 / form.penalty.bend - (dot(o, o) - height * height)).max(0.0).sqrt();
             lift += (half - height).max(0.0) * (1.0 + 1e-9) + 1e-12;
         }
         lift
     }
 }
 
-impl<const D: usize> Form<D> {
-    /// The wall of a vertex whose displacement is 0 at a place.
-    fn wall_at(&self, place: Vector<f64, D>, reach: f64, stiffness: f64) -> Wall<f64, D> {
-        Wall { foot: subtract(self.wall.foot, place), reach, stiffness, ..self.wall }
+impl<const D: usize> RegionConstraint<D> {
+    /// The penalty of a vertex whose displacement is 0 at a place.
+    fn region_at(&self, place: Vector<f64, D>, reach: f64, stiffness: f64) -> RegionPenalty<f64, D> {
+        RegionPenalty { foot: subtract(self.penalty.foot, place), reach, stiffness, ..self.penalty }
     }
 
     /// c at a place.
     pub fn room(&self, place: Vector<f64, D>) -> f64 {
-        self.offset - self.wall.quantity(place).0
+        self.offset - self.penalty.quantity(place).0
     }
 
     /// About the distance from a place to the edge of the region, negative outside.
     fn gap(&self, place: Vector<f64, D>) -> f64 {
-        self.room(place) / self.wall.plane.max(self.wall.bend.abs().sqrt())
+        self.room(place) / self.penalty.plane.max(self.penalty.bend.abs().sqrt())
     }
 }

@@ -1,10 +1,10 @@
-//! [`Fences`]: the multipliers of the limits at the vertices of one curve.
+//! [`LimitMultipliers`]: the multipliers of the limits at the vertices of one curve.
 //!
-//! A limit is c ≥ 0 at a vertex. Its terms are a [`Fence`] or a [`Wall`](super::energy::Wall). The next multiplier is ρs.
+//! A limit is c ≥ 0 at a vertex. Its terms are a [`Penalty`] or a [`RegionPenalty`](super::energy::RegionPenalty). The next multiplier is ρs.
 
 use super::area;
 use super::curve_limits::CurveLimits;
-use super::energy::{FENCE_KINDS, Fence, Functional, MOST_EDGES, Term, Visitor, Wall, Window};
+use super::energy::{Functional, LIMIT_KINDS, MOST_EDGES, Penalty, RegionPenalty, Term, Visitor, Window};
 use super::limits::LimitKind;
 use super::multipliers::Multipliers;
 use super::problem::Problem;
@@ -43,7 +43,7 @@ const MOST_ROUNDING: f64 = 1e-6;
 const ROUNDING: f64 = 1e-5;
 
 /// The limits of a curve, with their violation and multipliers.
-pub(super) struct Fences<const D: usize> {
+pub(super) struct LimitMultipliers<const D: usize> {
     pub limits: CurveLimits<D>,
     /// ρ
     stiffness: f64,
@@ -55,23 +55,23 @@ pub(super) struct Fences<const D: usize> {
     slow: u32,
 }
 
-impl<const D: usize> Fences<D> {
-    /// Fences of these limits, at a curve of this energy. `first` is the first ρ in units of E/m.
+impl<const D: usize> LimitMultipliers<D> {
+    /// Penalties of these limits, at a curve of this energy. `first` is the first ρ in units of E/m.
     pub fn around(problem: &mut Problem<D>, limits: CurveLimits<D>, energy: f64, first: f64) -> Self {
         let length = problem.length();
         let least = 0.5 * problem.highest * length * (LEAST_CURVATURE / length).powi(2);
         let unit = energy.max(least) / problem.base.len() as f64;
         let (stiffness, violation) = (first * unit, f64::INFINITY);
-        let mut own = Fences { limits, stiffness, unit, margin: MARGIN, violation, slow: 0 };
+        let mut own = LimitMultipliers { limits, stiffness, unit, margin: MARGIN, violation, slow: 0 };
         for (kind, slopes) in own.limits.slopes.iter().enumerate() {
-            let fence = |slope: &f64| match *slope {
-                0.0 => Fence::NONE,
-                slope => Fence { slope, reach: -own.offset(kind), stiffness: own.stiffness },
+            let penalty = |slope: &f64| match *slope {
+                0.0 => Penalty::NONE,
+                slope => Penalty { slope, reach: -own.offset(kind), stiffness: own.stiffness },
             };
-            problem.fences[kind] = slopes.iter().map(fence).collect();
+            problem.penalties[kind] = slopes.iter().map(penalty).collect();
         }
-        if let Some(walls) = &mut own.limits.walls {
-            walls.choose(problem, own.margin, own.stiffness, 1.0);
+        if let Some(regions) = &mut own.limits.regions {
+            regions.choose(problem, own.margin, own.stiffness, 1.0);
         }
         own
     }
@@ -82,28 +82,28 @@ impl<const D: usize> Fences<D> {
     }
 }
 
-impl<const D: usize> Multipliers<D> for Fences<D> {
+impl<const D: usize> Multipliers<D> for LimitMultipliers<D> {
     fn update(&mut self, problem: &mut Problem<D>) {
         let before = self.violation;
         self.violation = 0.0;
-        for kind in 0..FENCE_KINDS {
+        for kind in 0..LIMIT_KINDS {
             let offset = self.offset(kind);
-            for row in 0..problem.fences[kind].len() {
-                let fence = problem.fences[kind][row];
-                if fence.stiffness > 0.0 {
+            for row in 0..problem.penalties[kind].len() {
+                let penalty = problem.penalties[kind][row];
+                if penalty.stiffness > 0.0 {
                     // Both in units of y/ρ.
                     let (now, next) =
-                        (fence.reach + offset, fence.beyond(problem.quantity(&self.limits.quantities[kind], row)));
+                        (penalty.reach + offset, penalty.beyond(problem.quantity(&self.limits.quantities[kind], row)));
                     self.violation = self.violation.max((now - next).abs());
-                    problem.fences[kind][row].reach = next;
+                    problem.penalties[kind][row].reach = next;
                 }
             }
         }
-        if let Some(walls) = &self.limits.walls {
-            for (wall, offset) in walls.standing(&mut problem.walls) {
-                let (now, next) = (wall.reach + offset - self.margin, wall.beyond(wall.quantity([0.0; D]).0));
+        if let Some(regions) = &self.limits.regions {
+            for (penalty, offset) in regions.standing(&mut problem.regions) {
+                let (now, next) = (penalty.reach + offset - self.margin, penalty.beyond(penalty.quantity([0.0; D]).0));
                 self.violation = self.violation.max((now - next).abs());
-                wall.reach = next;
+                penalty.reach = next;
             }
         }
         let is_at_most = self.stiffness >= MOST_PENALTY * self.unit;
@@ -118,15 +118,15 @@ impl<const D: usize> Multipliers<D> for Fences<D> {
             // The curve was found with the old one.
             self.violation = f64::INFINITY;
         }
-        for kind in 0..FENCE_KINDS {
+        for kind in 0..LIMIT_KINDS {
             let offset = self.offset(kind);
-            for fence in problem.fences[kind].iter_mut().filter(|fence| fence.stiffness > 0.0) {
-                fence.reach = fence.reach * self.stiffness / stiffness - offset;
-                fence.stiffness = stiffness;
+            for penalty in problem.penalties[kind].iter_mut().filter(|penalty| penalty.stiffness > 0.0) {
+                penalty.reach = penalty.reach * self.stiffness / stiffness - offset;
+                penalty.stiffness = stiffness;
             }
         }
-        if let Some(walls) = &mut self.limits.walls {
-            walls.choose(problem, self.margin, stiffness, self.stiffness / stiffness);
+        if let Some(regions) = &mut self.limits.regions {
+            regions.choose(problem, self.margin, stiffness, self.stiffness / stiffness);
         }
         self.stiffness = stiffness;
     }
@@ -145,19 +145,19 @@ impl<const D: usize> Multipliers<D> for Fences<D> {
 
     /// For curvatures βq has an error of βε/h, with h the mean edge. That of a force ρsβ∇q is then ρβ²ε/h³, which √(w/h³)
     /// of the inner product divides. It is below 1e-8 but for the largest ρ: there 9 of 6,000 rough curves stop at 1.4e-8
-    /// to 3.3e-8, for a bound of some 5e-8. The way ahead and the twist have ρβ²ε/h, which for the twist may be any
+    /// to 3.3e-8, for a bound of some 5e-8. Progress along a direction and torsion have ρβ²ε/h, which for the twist may be any
     /// number: more than 1e-6 is not allowed.
     fn rounding(&self, problem: &Problem<D>) -> f64 {
         let h = problem.length() / problem.base.len() as f64;
-        let of_kind = |(fences, kind): (&Vec<Fence<f64>>, LimitKind<D>)| {
-            fences.iter().map(|fence| fence.slope.powi(4)).sum::<f64>() * h.powi(-2 * kind.steepness)
+        let of_kind = |(penalties, kind): (&Vec<Penalty<f64>>, LimitKind<D>)| {
+            penalties.iter().map(|penalty| penalty.slope.powi(4)).sum::<f64>() * h.powi(-2 * kind.steepness)
         };
-        let squares: f64 = problem.fences.iter().zip(LimitKind::ALL).map(of_kind).sum();
+        let squares: f64 = problem.penalties.iter().zip(LimitKind::ALL).map(of_kind).sum();
         (f64::EPSILON * self.stiffness * squares.sqrt() * h.powf(1.5) / problem.highest.sqrt()).min(MOST_ROUNDING)
     }
 
     fn energy(&self, problem: &Problem<D>) -> f64 {
-        problem.energy_of_fences(&self.limits)
+        problem.penalty_energy(&self.limits)
     }
 }
 
@@ -186,7 +186,7 @@ pub(super) struct Worst {
 }
 
 impl<const D: usize> Problem<D> {
-    /// The quantity q of fences at a vertex of the base.
+    /// The quantity q of penalties at a vertex of the base.
     pub(super) fn quantity(&self, q: &Functional, row: usize) -> f64 {
         let count = self.base.len();
         let edges = std::array::from_fn(|k| {
@@ -218,12 +218,11 @@ impl<const D: usize> Problem<D> {
             worst.max_by(|a, b| a.excess.total_cmp(&b.excess))
         };
         let of_kinds = limits.slopes.iter().enumerate().filter_map(of_kind);
-        let of_walls = limits.walls.iter().flat_map(|walls| walls.all(&self.places)).map(|(row, region, room)| Worst {
-            excess: -room,
-            limit: Limit::Region(region),
-            row,
-            quantity: 0.0,
-        });
+        let of_regions = limits
+            .regions
+            .iter()
+            .flat_map(|regions| regions.all(&self.places))
+            .map(|(row, region, room)| Worst { excess: -room, limit: Limit::Region(region), row, quantity: 0.0 });
         let of_length = limits.longest.map(|longest| Worst {
             excess: self.length() / longest - 1.0,
             limit: Limit::Length,
@@ -236,34 +235,35 @@ impl<const D: usize> Problem<D> {
             row: 0,
             quantity: self.enclosed(),
         });
-        of_kinds.chain(of_walls).chain(of_length).chain(of_area).max_by(|a, b| a.excess.total_cmp(&b.excess))
+        of_kinds.chain(of_regions).chain(of_length).chain(of_area).max_by(|a, b| a.excess.total_cmp(&b.excess))
     }
 
     /// The number of vertices that a limit holds.
     pub(super) fn held(&self, limits: &CurveLimits<D>) -> usize {
         let holds = |row: &usize| {
-            let of_fences = (0..FENCE_KINDS).any(|kind| {
-                let fence = self.fences[kind].get(*row).filter(|fence| fence.stiffness > 0.0);
-                fence.is_some_and(|fence| fence.beyond(self.quantity(&limits.quantities[kind], *row)) > 0.0)
+            let of_penalties = (0..LIMIT_KINDS).any(|kind| {
+                let penalty = self.penalties[kind].get(*row).filter(|penalty| penalty.stiffness > 0.0);
+                penalty.is_some_and(|penalty| penalty.beyond(self.quantity(&limits.quantities[kind], *row)) > 0.0)
             });
-            let of_wall = |walls: &Vec<Wall<f64, D>>| walls[*row].beyond(walls[*row].quantity([0.0; D]).0) > 0.0;
-            of_fences || self.walls.iter().any(of_wall)
+            let of_region =
+                |regions: &Vec<RegionPenalty<f64, D>>| regions[*row].beyond(regions[*row].quantity([0.0; D]).0) > 0.0;
+            of_penalties || self.regions.iter().any(of_region)
         };
         (0..self.vertices()).filter(holds).count()
     }
 
-    /// The energy of the fences and walls at the base.
-    fn energy_of_fences(&self, limits: &CurveLimits<D>) -> f64 {
+    /// The energy of all penalties at the base.
+    fn penalty_energy(&self, limits: &CurveLimits<D>) -> f64 {
         let of_kind = |kind: usize| {
-            let fences = self.fences[kind].iter().enumerate().filter(|(_, fence)| fence.stiffness > 0.0);
-            fences.map(|(row, fence)| fence.value(self.quantity(&limits.quantities[kind], row))).sum::<f64>()
+            let penalties = self.penalties[kind].iter().enumerate().filter(|(_, penalty)| penalty.stiffness > 0.0);
+            penalties.map(|(row, penalty)| penalty.value(self.quantity(&limits.quantities[kind], row))).sum::<f64>()
         };
-        let of_walls = self.walls.iter().flatten().map(|wall| wall.value([0.0; D])).sum::<f64>();
-        (0..FENCE_KINDS).map(of_kind).sum::<f64>() + of_walls
+        let of_regions = self.regions.iter().flatten().map(|penalty| penalty.value([0.0; D])).sum::<f64>();
+        (0..LIMIT_KINDS).map(of_kind).sum::<f64>() + of_regions
     }
 }
 
-/// The quantity of fences that the first edge leads to, from the edges there.
+/// The quantity of penalties that the first edge leads to, from the edges there.
 struct Quantity<const D: usize>([(Vector<f64, D>, f64); MOST_EDGES]);
 
 impl<const D: usize> Visitor for Quantity<D> {
@@ -278,7 +278,7 @@ impl<const D: usize> Visitor for Quantity<D> {
             taut: 1.0,
             free: 0.0,
             free_after: 0.0,
-            fence: Fence::NONE,
+            penalty: Penalty::NONE,
         })
     }
 }

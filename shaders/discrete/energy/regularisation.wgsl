@@ -1,12 +1,12 @@
-// The gauge: ½ q² with q = 2c (Δs′ − Δs)/(Δs′ + Δs), and that of differences with q = c (Δs′ − Δs). Both are 0 at a data
-// point. Twin: src/discrete/energy/gauge.rs.
+// The regularisation: ½ q² with q = 2c (Δs′ − Δs)/(Δs′ + Δs), and that of differences with q = c (Δs′ − Δs). Both are 0 at a data
+// point. Twin: src/discrete/energy/regularisation.rs.
 
-fn gauge_value(w: Window) -> real {
+fn ratio_regularisation_value(w: Window) -> real {
     let q = w.free * (real(2) * (w.s1 - w.s0) / (w.s0 + w.s1));
     return real(0.5) * q * q;
 }
 
-fn gauge_gradient(w: Window) -> Partials {
+fn ratio_regularisation_gradient(w: Window) -> Partials {
     let inverse = real(1) / (w.s0 + w.s1);
     let q = w.free * (real(2) * (w.s1 - w.s0) * inverse);
     let slope = real(4) * w.free * q * inverse * inverse;
@@ -17,7 +17,7 @@ fn gauge_gradient(w: Window) -> Partials {
     return p;
 }
 
-fn gauge_hessian(w: Window) -> SecondPartials {
+fn ratio_regularisation_hessian(w: Window) -> SecondPartials {
     let inverse = real(1) / (w.s0 + w.s1);
     let factor = real(4) * w.free * inverse * inverse;
     let q = w.free * (real(2) * (w.s1 - w.s0) * inverse);
@@ -31,12 +31,12 @@ fn gauge_hessian(w: Window) -> SecondPartials {
     return h;
 }
 
-fn difference_gauge_value(w: Window) -> real {
+fn difference_regularisation_value(w: Window) -> real {
     let difference = w.free * (w.s1 - w.s0);
     return real(0.5) * difference * difference;
 }
 
-fn difference_gauge_gradient(w: Window) -> Partials {
+fn difference_regularisation_gradient(w: Window) -> Partials {
     let difference = w.free * (w.s1 - w.s0);
     var p = Partials();
     p.value = real(0.5) * difference * difference;
@@ -45,7 +45,7 @@ fn difference_gauge_gradient(w: Window) -> Partials {
     return p;
 }
 
-fn difference_gauge_hessian(w: Window) -> SecondPartials {
+fn difference_regularisation_hessian(w: Window) -> SecondPartials {
     var h = SecondPartials();
     h.s00 = w.free * w.free;
     h.s01 = -(w.free * w.free);
