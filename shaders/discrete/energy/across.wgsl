@@ -1,6 +1,6 @@
-// Φ = |c|² − (c·T)², the square of the part of c across the middle tangent T, for a sum c = α₀K +
-// α₂K′ of both curvature vectors of three edges, with K = (T − T₀) r₀, K′ = (T₂ − T) r₂, r₀ =
-// 2/(Δs₀ + Δs₁), r₂ = 2/(Δs₁ + Δs₂). Variation and torsion are made of it.
+// Φ = |c|² − (c·T)², the square of the component of c perpendicular to the middle tangent T, for a
+// sum c = α₀K + α₂K′ of both curvature vectors of three edges: K = (T − T₀) r₀, K′ = (T₂ − T) r₂,
+// r₀ = 2/(Δs₀ + Δs₁), r₂ = 2/(Δs₁ + Δs₂). Variation and torsion use it.
 
 struct Across {
     c: vector,
@@ -56,7 +56,7 @@ fn across_gradient(x: Across) -> Partials {
 
 fn across_hessian(x: Across, t: vector) -> SecondPartials {
     let by_c = real(2) * x.across;
-    // Second derivatives of Φ by c twice, by c (rows) and T, by T twice, for T apart from that in c.
+    // Second derivatives of Φ by c twice, by c (rows) and T, and by T twice, without the T in c.
     let cc = diagonal(real(2)) - outer(real(2) * t, t);
     let ct = diagonal(real(-2) * x.along) - outer(real(2) * t, x.c);
     let tc = transpose(ct);
@@ -92,15 +92,16 @@ fn across_hessian(x: Across, t: vector) -> SecondPartials {
     return h;
 }
 
-// The way ℓ between both curvature vectors of three edges: the slopes of ln(1/ℓ) by the length of the middle edge and by
-// those beside it, and 1/ℓ.
+// The distance ℓ between both curvature vectors of three edges: the slopes of ln(1/ℓ) by the length
+// of the middle edge and by the lengths of its neighbours, and 1/ℓ.
 struct CurvatureDistance {
     middle: real,
     beside: real,
     inverse: real,
 }
 
-// It is Δs₁, and where an edge is short (Δs₀ + 2Δs₁ + Δs₂)/4. Twin: src/discrete/energy/curvatures.rs.
+// ℓ is Δs₁, or (Δs₀ + 2Δs₁ + Δs₂)/4 if an edge is short.
+// Twin: src/discrete/energy/curvatures.rs.
 fn way_of(s0: real, s1: real, s2: real) -> CurvatureDistance {
     let is_long = min(min(s0, s1), s2) > SHORT_EDGE * (s0 + s1 + s2);
     let inverse = real(1) / select(real(0.25) * (s0 + real(2) * s1 + s2), s1, is_long);

@@ -1,4 +1,5 @@
-// What holds a vertex f near its data point p: a spring, the penalty of a disc, and a tangential anchor. The offset is f − p.
+// The anchor that holds a vertex f near its data point p: a spring, the penalty of a disc, and a
+// tangential anchor. The offset is f − p.
 // Twin: src/discrete/energy/attachment.rs.
 
 struct Anchor {
@@ -9,7 +10,7 @@ struct Anchor {
     along: real,
 }
 
-// s, of f − p.
+// s for the offset f − p.
 fn anchor_beyond(anchor: Anchor, offset: vector) -> real {
     return max(real(0.5) * (dot(offset, offset) - anchor.reach), real(0));
 }

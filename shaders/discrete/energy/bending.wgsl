@@ -1,7 +1,7 @@
-// Bending: |T′ − T|^ν Δa^(1−ν). The host writes the powers of q = |T′ − T|², of c = max(q, what
-// rounding of tangents leaves), and of a = Δa, since integers, halves and quarters need no pow.
-// Twin: src/discrete/energy/bending.rs. Kernels may hold several, each with an exponent of its own:
-// hence $NAME.
+// Bending: |T′ − T|^ν Δa^(1−ν). The host writes the powers of q = |T′ − T|², of c = max(q, rounding
+// of tangents) and of a = Δa, because integers, halves and quarters need no pow.
+// Twin: src/discrete/energy/bending.rs. A kernel may contain several of these terms, each with its
+// exponent and its $NAME.
 //:if POWER
 //:once include linalg/power.wgsl
 //:end
@@ -9,7 +9,7 @@
 struct $NAME_Arguments {
     d: vector,
     q: real,
-    // Powers of q but the first and the zeroth are taken of this.
+    // The base of powers of q other than the zeroth and the first.
     c: real,
     a: real,
 }
@@ -17,7 +17,7 @@ struct $NAME_Arguments {
 fn $NAME_arguments(w: Window) -> $NAME_Arguments {
     let d = w.t1 - w.t0;
     let q = dot(d, d);
-    // In this form NaN stays NaN.
+    // Written like this, NaN propagates.
     let c = select(q, real($ROUNDING), q < real($ROUNDING));
     return $NAME_Arguments(d, q, c, real(0.5) * (w.s0 + w.s1));
 }

@@ -1,4 +1,5 @@
-// The signed curvature κ = (T × T′)/Δa of planar curves. Twin: src/discrete/energy/curvature_sign.rs.
+// The signed curvature κ = (T × T′)/Δa of planar curves.
+// Twin: src/discrete/energy/curvature_sign.rs.
 //:include discrete/energy/quantity.wgsl
 
 // κ and its partial derivatives.

@@ -1,4 +1,4 @@
-// Geodesic bending: |m|^ν Δa^(1−ν). The powers are those of bending.wgsl, of q = |m|².
+// Geodesic bending: |m|^ν Δa^(1−ν). The powers are those in bending.wgsl, with q = |m|².
 // Twin: src/discrete/energy/geodesic_bending.rs.
 //:once include discrete/energy/in_surface.wgsl
 //:if POWER

@@ -1,8 +1,9 @@
-// The penalty of the geodesic curvature |m|/Δa of curves in surfaces. Twin: src/discrete/energy/geodesic_max_curvature.rs.
+// The penalty of the geodesic curvature |m|/Δa of curves in surfaces.
+// Twin: src/discrete/energy/geodesic_max_curvature.rs.
 //:once include discrete/energy/penalty.wgsl
 //:once include discrete/energy/in_surface.wgsl
 
-// |m|, at least the rounding of tangents, so that it can divide.
+// |m|, at least the rounding of tangents, so that it can be a divisor.
 fn geodesic_max_curvature_turn(bend: Bend) -> real {
     return max(real($ROUNDING), sqrt(bend.square));
 }

@@ -1,6 +1,7 @@
-// Energies f(|m|², Δa) of the bend m of a curve within a surface: the part d − (n·d) n of d = T′ − T in the tangent plane, with
-// the normal n at the vertex. Besides tangents and lengths they depend on the place of the vertex, where the normal changes by
-// W = ∇²F/|∇F|. Twin: src/discrete/energy/in_surface.rs.
+// Energies f(|m|², Δa) of the bend m of a curve within a surface: the component d − (n·d) n of
+// d = T′ − T in the tangent plane, with the normal n at the vertex. They also depend on the
+// position of the vertex, because the normal changes with it by W = ∇²F/|∇F|.
+// Twin: src/discrete/energy/in_surface.rs.
 
 struct Bend {
     // n·d
@@ -8,18 +9,18 @@ struct Bend {
     m: vector,
     square: real,
     measure: real,
-    // W m, the gradient of n·d by the place.
+    // W m, the gradient of n·d by the position.
     slope: vector,
 }
 
-// f and its first derivatives: 2 ∂f/∂s by s = |m|², and ½ ∂f/∂Δa.
+// f and its first derivatives: 2 ∂f/∂s with s = |m|², and ½ ∂f/∂Δa.
 struct BendFirst {
     value: real,
     across: real,
     by_length: real,
 }
 
-// Its second derivatives: 2 ∂f/∂s, 4 ∂²f/∂s², ∂²f/∂s∂Δa and ¼ ∂²f/∂Δa².
+// The second derivatives of f: 2 ∂f/∂s, 4 ∂²f/∂s², ∂²f/∂s∂Δa and ¼ ∂²f/∂Δa².
 struct BendSecond {
     across: real,
     along: real,
@@ -45,7 +46,8 @@ fn bend_gradient(b: Bend, f: BendFirst) -> Partials {
     return p;
 }
 
-// By coordinates in space. The CPU has the same by those in tangent planes: src/discrete/within/system.rs.
+// Derivatives by coordinates in space. The CPU has them by coordinates in tangent planes:
+// src/discrete/within/system.rs.
 fn bend_hessian(w: Window, b: Bend, f: BendSecond) -> SecondPartials {
     let n = w.normal;
     let q = b.along_normal;
@@ -54,7 +56,7 @@ fn bend_hessian(w: Window, b: Bend, f: BendSecond) -> SecondPartials {
     h.t00 = f.across * (diagonal(real(1)) - outer(n, n));
     // ∂m/∂x = −(n ∇qᵀ + q P W)
     h.x0 = f.across * (outer(n, b.slope) + q * (w.shape - outer(n, wn)));
-    // ∇²q = ∇³F[m]/|∇F| − (∇q wᵀ + w ∇qᵀ) − q (W² − w wᵀ) for w = W n; of a quadric ∇³F is 0.
+    // ∇²q = ∇³F[m]/|∇F| − (∇q wᵀ + w ∇qᵀ) − q (W² − w wᵀ) for w = W n. For quadrics ∇³F is 0.
     var curved = real(-1) * (outer(b.slope, wn) + outer(wn, b.slope) + q * (w.shape * w.shape - outer(wn, wn)));
 //:if SURFACE_WGSL
     curved += w.unit * surface_third(w.place, b.m);

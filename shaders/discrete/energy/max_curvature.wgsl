@@ -1,7 +1,7 @@
 // The curvature |K| = |T′ − T|/Δa. Twin: src/discrete/energy/max_curvature.rs.
 //:include discrete/energy/quantity.wgsl
 
-// |T′ − T|, at least the rounding of tangents, so that it can divide.
+// |T′ − T|, at least the rounding of tangents, so that it can be a divisor.
 fn $NAME_turn(w: Window) -> real {
     let d = w.t1 - w.t0;
     return max(real($ROUNDING), sqrt(dot(d, d)));

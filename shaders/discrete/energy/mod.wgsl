@@ -1,24 +1,29 @@
-// A weighted sum of energies over the windows that start at one edge. Compiled in are the terms of
-// the list TERM, each by the NAME that its functions begin with, its FILE or its text WGSL, the
-// index of its WEIGHT, and the EDGES that it sees; REGULARISATION and ATTACHMENT, if they are wanted, by the
-// indices of theirs, with the regularisation's terms in the list REGULARISATION_TERM. The host makes the definitions:
-// src/discrete/compose.rs.
+// A weighted sum of energies over the windows that start at one edge. It contains the terms of the
+// list TERM. Each has the NAME that its functions begin with, its FILE or its text WGSL, the index
+// of its WEIGHT, and its number of EDGES. REGULARISATION and ATTACHMENT, if defined, are the
+// indices of their weights. The list REGULARISATION_TERM has the regularisation's terms. The host
+// makes the definitions: src/discrete/compose.rs.
 //
-// A kernel that includes this defines
-//     alias Curve = …;        a struct with the members `segments: u32` (edges) and `closed: u32` (0 or 1)
+// A kernel that includes this file defines
+//     alias Curve = …;  a struct with members `segments: u32` (edges) and `closed: u32` (0 or 1)
 //     fn load_weight(curve: Curve, index: u32) -> real
-//     fn load_free(curve: Curve, j: u32) -> real           with REGULARISATION: the factor of the vertex at the end of edge j
-//     fn load_taut(curve: Curve, j: u32) -> real           with TAUT: 1/w² for the width w of the span of edge j
-//     fn load_penalty(curve: Curve, j: u32, k: u32) -> Penalty    with PENALTIES: penalty k at the end of edge j
-//     fn load_region(curve: Curve, v: u32, layer: u32) -> RegionPenalty    with REGIONS: the region penalty of a layer of vertex v
-//     fn load_place(curve: Curve, v: u32) -> vector        with SURFACE: where vertex v of the base lies
+//     fn load_free(curve: Curve, j: u32) -> real
+//         with REGULARISATION: the factor of the vertex at the end of edge j
+//     fn load_taut(curve: Curve, j: u32) -> real
+//         with TAUT: 1/w², where w is the width of edge j's span
+//     fn load_penalty(curve: Curve, j: u32, k: u32) -> Penalty
+//         with PENALTIES: penalty k at the end of edge j
+//     fn load_region(curve: Curve, v: u32, layer: u32) -> RegionPenalty
+//         with REGIONS: the region penalty of vertex v in a layer
+//     fn load_place(curve: Curve, v: u32) -> vector
+//         with SURFACE: the position of vertex v of the base
 //:include discrete/energy/window.wgsl
 //:if SURFACE
 //:include discrete/within.wgsl
 //:end
 //:each TERM
 //:if WGSL
-// A user's text may call what the energies here call.
+// The text of a custom energy may call what the energies here call.
 //:once include linalg/power.wgsl
 //:once include discrete/energy/across.wgsl
 $WGSL
@@ -89,7 +94,7 @@ fn load_weights(curve: Curve) -> Weights {
     return weights;
 }
 
-// A window of a curve before any of its edges.
+// The window of a curve before its first edge.
 fn window_of(curve: Curve, weights: Weights) -> Window {
     var w = Window();
     w.segments = real(curve.segments);
@@ -97,7 +102,7 @@ fn window_of(curve: Curve, weights: Weights) -> Window {
     return w;
 }
 
-// Values alone: of the energies, and of the regularisation. `edges` of the window's edges exist.
+// The values of the energies and of the regularisation. `edges` of the window's edges exist.
 fn window_value(w: Window, weights: Weights, edges: u32) -> vec2<real> {
     var value = real(0);
     var regularisation = real(0);
@@ -149,17 +154,17 @@ fn window_hessian(w: Window, weights: Weights, edges: u32) -> SecondPartials {
     return sum;
 }
 
-// By the edge e = Δs T: (I − T Tᵀ) ∂/∂T / Δs + T ∂/∂Δs.
+// The gradient by the edge e = Δs T: (I − T Tᵀ) ∂/∂T / Δs + T ∂/∂Δs.
 fn edge_gradient(t: vector, r: real, by_tangent: vector, by_length: real) -> vector {
     return r * (by_tangent - dot(t, by_tangent) * t) + by_length * t;
 }
 
-// Where edge j of a closed curve stands, −$WIDTH ≤ j < m + $WIDTH; an open curve has no other edges
-// than its own.
+// The index of edge j of a closed curve, −$WIDTH ≤ j < m + $WIDTH. An open curve only has its own
+// edges.
 fn wrapped(curve: Curve, j: i32) -> u32 {
     let m = i32(curve.segments);
 //:if WIDE
-    // A triangle has fewer edges than a window, and comes round more than once.
+    // A triangle has fewer edges than a window, so the window may go around it more than once.
     return u32(j + 2 * m) % curve.segments;
 //:else
     return u32(select(select(j, j - m, j >= m), j + m, j < 0));
@@ -171,7 +176,7 @@ fn has_edge(curve: Curve, j: i32) -> bool {
     return curve.closed != 0u || (j >= 0 && j < i32(curve.segments));
 }
 
-// Ends of an open curve that two edges from j on touch.
+// The number of ends of an open curve that the two edges from edge j touch.
 fn ends_at(curve: Curve, j: i32) -> real {
     let is_first = j == 0;
     let is_last = j + 2 == i32(curve.segments);
@@ -179,12 +184,13 @@ fn ends_at(curve: Curve, j: i32) -> real {
     return select(real(0), touched, curve.closed == 0u && j + 2 <= i32(curve.segments));
 }
 
-// How many edges from j ≥ 0 on follow each other, up to $WIDTH.
+// The number of consecutive edges from edge j ≥ 0, at most $WIDTH.
 fn edges_from(curve: Curve, j: i32) -> u32 {
     return select(u32(clamp(i32(curve.segments) - j, 0, $WIDTH)), $WIDTHu, curve.closed != 0u);
 }
 
-// The window from edge j on with what depends on where it stands: for the regularisation, tautness and penalties.
+// Sets what depends on the position of the window along the curve, for the regularisation, tautness
+// and penalties.
 fn placed(window: Window, curve: Curve, j: i32) -> Window {
     var w = window;
 //:if TAUT
@@ -208,7 +214,7 @@ fn placed(window: Window, curve: Curve, j: i32) -> Window {
     if (has_edge(curve, j + 1)) {
         w.free_after = load_free(curve, wrapped(curve, j + 1));
     }
-    // A short edge gives the tangent of an end, which is not free.
+    // A short edge gives the tangent of an end, which is then not free.
     w.ends = select(real(0), ends_at(curve, j), min(w.s0, w.s1) > SHORT_EDGE * (w.s0 + w.s1));
 //:end
 //:end
@@ -216,7 +222,7 @@ fn placed(window: Window, curve: Curve, j: i32) -> Window {
 }
 
 //:if SURFACE
-// The window from edge j on with the frame of the surface at the vertex after that edge, whose displacement is u.
+// Sets the frame of the surface at the vertex after the window's first edge.
 fn framed(window: Window, frame: Frame) -> Window {
     var w = window;
     w.normal = frame.normal;
@@ -228,7 +234,7 @@ fn framed(window: Window, frame: Frame) -> Window {
     return w;
 }
 
-// The row of vertex v ≥ −$WIDTH, which goes on past the last; of an open curve's other rows the nearest.
+// The index of vertex v ≥ −$WIDTH, which may be past the last. On an open curve it is clamped.
 fn vertex_row(curve: Curve, v: i32) -> u32 {
     let count = i32(curve.segments) + select(1, 0, curve.closed != 0u);
     if (curve.closed != 0u) {
@@ -238,7 +244,7 @@ fn vertex_row(curve: Curve, v: i32) -> u32 {
 }
 //:end
 
-// Shifts a window on by one edge, and takes `edge` for the last of its $WIDTH.
+// Moves a window on by one edge. `edge` becomes its last edge.
 fn shifted(window: Window, edge: vector) -> Window {
     var w = window;
 //:unroll k 0..$LAST

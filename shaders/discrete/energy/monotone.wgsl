@@ -1,5 +1,5 @@
 // a = n·T, the progress of an edge along a direction. Twin: src/discrete/energy/monotone.rs.
-// A kernel may hold several of these terms. Each has its direction and its $NAME.
+// A kernel may contain several of these terms, each with its direction and its $NAME.
 //:include discrete/energy/quantity.wgsl
 
 // a and its partial derivatives.

@@ -1,4 +1,5 @@
-// Penalties: ψ = ½ ρ s² with s = max(0, r + βq), for a quantity q of a few edges. Twin: src/discrete/energy/penalty.rs.
+// Penalties: ψ = ½ ρ s² with s = max(0, r + βq), for a quantity q of a few edges.
+// Twin: src/discrete/energy/penalty.rs.
 
 fn penalty_beyond(penalty: Penalty, q: real) -> real {
     return max(penalty.reach + penalty.slope * q, real(0));
@@ -9,7 +10,7 @@ fn penalty_value(penalty: Penalty, q: real) -> real {
     return real(0.5) * penalty.stiffness * beyond * beyond;
 }
 
-// ψ and its derivatives, from q and its own.
+// ψ and its derivatives, from q and its derivatives.
 fn penalty_gradient(penalty: Penalty, q: Partials) -> Partials {
     let by_q = penalty.stiffness * penalty_beyond(penalty, q.value) * penalty.slope;
     var p = Partials();

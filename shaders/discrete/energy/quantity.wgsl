@@ -1,4 +1,5 @@
-// The penalty of a quantity, from $NAME_quantity and $NAME_second. Twin: src/discrete/energy/penalty.rs.
+// The penalty of a quantity, from $NAME_quantity and $NAME_second.
+// Twin: src/discrete/energy/penalty.rs.
 //:once include discrete/energy/penalty.wgsl
 
 fn $NAME_value(w: Window) -> real {

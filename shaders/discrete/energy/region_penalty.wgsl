@@ -1,4 +1,5 @@
-// Region penalties: what keeps single vertices within a region, for a displacement u. Twin: src/discrete/energy/region_penalty.rs.
+// Region penalties, which keep single vertices within a region, for a displacement u.
+// Twin: src/discrete/energy/region_penalty.rs.
 
 struct RegionPenalty {
     foot: vector,

@@ -1,5 +1,6 @@
-// The regularisation: ½ q² with q = 2c (Δs′ − Δs)/(Δs′ + Δs), and that of differences with q = c (Δs′ − Δs). Both are 0 at a data
-// point. Twin: src/discrete/energy/regularisation.rs.
+// The spacing regularisation: ½ q² with q = 2c (Δs′ − Δs)/(Δs′ + Δs), or q = c (Δs′ − Δs) for the
+// difference form. Both are 0 at a data point.
+// Twin: src/discrete/energy/regularisation.rs.
 
 fn ratio_regularisation_value(w: Window) -> real {
     let q = w.free * (real(2) * (w.s1 - w.s0) / (w.s0 + w.s1));

@@ -1,5 +1,6 @@
-// The regularisation of order 3: ½ (q′ − q)² over the middle edge of three, with q = c (Δs′ − Δs) at its ends, 0 at a data
-// point; and beside the ends of an open curve the regularisation of differences. Twin: src/discrete/energy/regularisation.rs.
+// The regularisation of order 3: ½ (q′ − q)² over the middle edge of three, with q = c (Δs′ − Δs)
+// at its ends, 0 at a data point; at the ends of an open curve also the difference form.
+// Twin: src/discrete/energy/regularisation.rs.
 //:once include discrete/energy/regularisation.wgsl
 
 fn smooth_regularisation_value(w: Window) -> real {

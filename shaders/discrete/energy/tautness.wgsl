@@ -1,4 +1,5 @@
-// Tautness: Δs/w² for the width w of the span. Twin: src/discrete/energy/tautness.rs.
+// Tautness: Δs/w², where w is the width of the span.
+// Twin: src/discrete/energy/tautness.rs.
 
 fn tautness_value(w: Window) -> real {
     return w.taut * w.s0;

@@ -1,20 +1,20 @@
-// Torsion: det(T, K̄, C)²/(|K̄|² + ε²) ℓ with the way ℓ from K to K′, C = (K′ − K)/ℓ and K̄ the mean
-// of K and K′ across T.
+// Torsion: det(T, K̄, C)²/(|K̄|² + ε²) ℓ with the distance ℓ from K to K′, C = (K′ − K)/ℓ, and K̄
+// the mean of K and K′ without its component along T.
 // Twin: src/discrete/energy/torsion.rs.
 //
-// det(T, K̄, C) = r₀ r₂ δ/ℓ with δ = det(T₀, T, T₂), so the term is U B of U = δ² A, A = r₀²
-// r₂²/ℓ, and B = 1/(Φ + ε²). δ and its derivatives are taken of differences of tangents, which
-// keep more digits.
+// det(T, K̄, C) = r₀ r₂ δ/ℓ with δ = det(T₀, T, T₂), so the term is U B of U = δ² A, A = r₀² r₂²/ℓ,
+// and B = 1/(Φ + ε²). δ and its derivatives are computed from differences of tangents, which keeps
+// more digits.
 //:once include discrete/energy/across.wgsl
 
 //:if SPATIAL
 struct Determinant {
     value: real,
-    // By tangents.
+    // The derivatives by tangents.
     d0: vector,
     d1: vector,
     d2: vector,
-    // A and its logarithmic derivatives by lengths.
+    // A, and its logarithmic derivatives by lengths.
     a: real,
     l0: real,
     l1: real,
@@ -22,7 +22,7 @@ struct Determinant {
     // ½ r₀², ½ r₂²
     q0: real,
     q2: real,
-    // Those of ln(1/ℓ).
+    // The logarithmic derivatives of 1/ℓ.
     way: CurvatureDistance,
 }
 
@@ -83,7 +83,7 @@ fn torsion_hessian(w: Window) -> SecondPartials {
     let ab = x.a * b;
     let by_delta = real(2) * x.value * ab;
     let value = x.value * x.value * ab;
-    // U_xy B − B² (U_x Φ_y + U_y Φ_x) + 2 U B³ Φ_x Φ_y − U B² Φ_xy, m being Φ.
+    // U_xy B − B² (U_x Φ_y + U_y Φ_x) + 2 U B³ Φ_x Φ_y − U B² Φ_xy, where m is Φ.
     var h = add_seconds(SecondPartials(), -value * b, across_hessian(k, w.t1));
     let both = real(2) * value * b * b;
     let mixed = -by_delta * b;
@@ -97,7 +97,7 @@ fn torsion_hessian(w: Window) -> SecondPartials {
     h.t01 -= by_delta * cross_matrix(w.t2);
     h.t02 += by_delta * cross_matrix(w.t1);
     h.t12 -= by_delta * cross_matrix(w.t0);
-    // By a tangent and a length: along the determinant's derivative, and along that of Φ.
+    // Derivatives by a tangent and a length: along the determinant's derivative, and along Φ's.
     let e0 = x.l0 - b * m.s0;
     let e1 = x.l1 - b * m.s1;
     let e2 = x.l2 - b * m.s2;
@@ -128,7 +128,7 @@ fn torsion_hessian(w: Window) -> SecondPartials {
     return h;
 }
 //:else
-// A plane curve has none.
+// In the plane the torsion is 0.
 fn torsion_value(w: Window) -> real {
     return real(0);
 }

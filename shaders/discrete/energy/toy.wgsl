@@ -1,4 +1,5 @@
-// A toy for tests: |T′ − T|² Δs Δs′. Twin: src/discrete/energy/toy.rs.
+// A toy energy for tests: |T′ − T|² Δs Δs′.
+// Twin: src/discrete/energy/toy.rs.
 
 fn toy_value(w: Window) -> real {
     let d = w.t1 - w.t0;

@@ -1,4 +1,5 @@
-// T_y, a limit for tests. Twin: src/discrete/energy/toy_limit.rs.
+// The quantity T_y, a limit for tests.
+// Twin: src/discrete/energy/toy_limit.rs.
 //:include discrete/energy/quantity.wgsl
 
 fn $NAME_quantity(w: Window) -> Partials {

@@ -1,4 +1,4 @@
-// Variation of curvature: |(I − T Tᵀ)(K′ − K)|²/ℓ with the way ℓ from K to K′.
+// Variation of curvature: |(I − T Tᵀ)(K′ − K)|²/ℓ, with the distance ℓ from K to K′.
 // Twin: src/discrete/energy/variation.rs.
 //:once include discrete/energy/across.wgsl
 
@@ -19,7 +19,7 @@ fn variation_gradient(w: Window) -> Partials {
 fn variation_hessian(w: Window) -> SecondPartials {
     let way = way_of(w.s0, w.s1, w.s2);
     let x = across_of(w, real(-1), real(1));
-    // Of Φ/ℓ: by its gradient p = ∇Φ/ℓ.
+    // The Hessian of Φ/ℓ, from its gradient p.
     let p = scaled_partials(way.inverse, across_gradient(x));
     var h = add_seconds(SecondPartials(), way.inverse, across_hessian(x, w.t1));
 //:unroll j 0..3

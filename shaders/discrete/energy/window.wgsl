@@ -1,5 +1,5 @@
-// What a term of an energy sees, and what it answers. Tangents and lengths count as independent
-// variables; the chain rule to edges and vertices is that of edges.wgsl and hessian.wgsl.
+// The arguments and results of a term of an energy. Tangents and lengths count as independent
+// variables; edges.wgsl and hessian.wgsl apply the chain rule to edges and vertices.
 // Twin: src/discrete/energy/mod.rs.
 
 alias vector = vec$DIM<real>;
@@ -15,21 +15,22 @@ struct Penalty {
     stiffness: real,
 }
 
-// Consecutive edges, $MOST_EDGES of them: unit tangents, lengths, their inverses. Terms over fewer
-// edges see the first ones.
+// $MOST_EDGES consecutive edges: unit tangents, lengths and inverse lengths. Terms over fewer edges
+// use the first ones.
 struct Window {
 //:unroll k 0..$MOST_EDGES
     t$k: vector,
     s$k: real,
     r$k: real,
 //:end
-    // Number of edges of the whole curve.
+    // The number of edges of the whole curve.
     segments: real,
     // ε of torsion: a curvature.
     torsion_curvature: real,
-    // 1/w² for the width w of the span that the first edge lies in.
+    // 1/w², where w is the width of the first edge's span.
     taut: real,
-    // What the regularisation needs. The factor of the vertex between the first two edges, 0 at a data point; that of the next.
+    // The factors of the regularisation at the vertex between the first two edges and at the next
+    // vertex; 0 at a data point.
     free: real,
     free_after: real,
 //:if PENALTIES
@@ -38,14 +39,15 @@ struct Window {
     penalty$k: Penalty,
 //:end
 //:end
-    // Free ends of an open curve that the first two edges touch.
+    // The number of free ends of an open curve that the first two edges touch.
     ends: real,
 //:if SURFACE
-    // The normal n of the surface at the vertex between the first two edges, and W = ∇²F/|∇F| there.
+    // The normal n of the surface at the vertex between the first two edges, and W = ∇²F/|∇F|
+    // there.
     normal: vector,
     shape: matrix,
 //:if SURFACE_WGSL
-    // Where that vertex is in units of the input, and the unit of third derivatives there.
+    // The position of that vertex in units of the input, and the unit of third derivatives there.
     place: vector,
     unit: real,
 //:end
@@ -59,16 +61,16 @@ struct Partials {
     t$k: vector,
     s$k: real,
 //:end
-    // The regularisation's part of a sum, which is no part of `value`.
+    // The value of the regularisation in a sum; `value` excludes it.
     regularisation: real,
 //:if SURFACE
-    // By the place of the vertex between the first two edges.
+    // The derivative by the position of the vertex between the first two edges.
     x: vector,
 //:end
 }
 
-// Second partial derivatives: t01 by two tangents (rows: the first), m01 by tangent 0 and length 1,
-// s01 by two lengths.
+// Second partial derivatives: t01 by the tangents 0 (rows) and 1, m01 by tangent 0 and length 1,
+// s01 by the lengths 0 and 1.
 struct SecondPartials {
 //:unroll j 0..$MOST_EDGES
 //:unroll k 0..$MOST_EDGES
@@ -80,8 +82,8 @@ struct SecondPartials {
 //:end
 //:end
 //:if SURFACE
-    // By tangents (rows) and the place of the vertex between the first two edges, by either length and the place, and by
-    // the place.
+    // Derivatives by tangents (rows) and the position of the vertex between the first two edges, by
+    // either length and the position, and by the position twice.
     x0: matrix,
     x1: matrix,
     sx: vector,
@@ -89,8 +91,8 @@ struct SecondPartials {
 //:end
 }
 
-// How much the turn between the first two edges counts: beside a free end of an open curve, where the curvature does not
-// vanish under energies of order 3, for the half edge there too.
+// The weight of the turn between the first two edges. In energies of order 3, where the curvature
+// does not vanish at a free end, the turn next to that end also covers the half edge there.
 fn end_share(w: Window) -> real {
 //:if SMOOTH_REGULARISATION
     return real(1) + real(0.5) * w.ends;
@@ -117,7 +119,7 @@ fn diagonal(x: real) -> matrix {
 //:end
 }
 
-// e₁, which stands where a curve has no edge.
+// e₁, which replaces edges that do not exist.
 fn unit_edge() -> vector {
 //:if SPATIAL
     return vector(real(1), real(0), real(0));
@@ -141,7 +143,7 @@ fn scaled_partials(weight: real, p: Partials) -> Partials {
     );
 }
 
-// sum + weight · p; the regularisation stays that of the sum.
+// sum + weight · p; the regularisation stays the sum's.
 fn add_partials(sum: Partials, weight: real, p: Partials) -> Partials {
     return Partials(
         sum.value + weight * p.value,

@@ -1,4 +1,5 @@
-//! Attachment to data: ½ Σ w |f − p|², and the discs that hold a curve within a distance of its data.
+//! Attachment to data, ½ Σ w |f − p|², and [`Anchor`], everything that holds a vertex near its data
+//! point.
 
 use super::{Energy, Facts, Functional};
 use crate::linalg::Scalar;
@@ -6,18 +7,16 @@ use crate::linalg::scalar::{Vector, add, dot, number, scale};
 
 /// The attachment ½ Σ w |f − p|² over the data points p, in units of length².
 ///
-/// The vertex that belongs to p is f. The weight w is 1 where the batch has no weights. Use it for
-/// noisy data: data points are then attached, no longer fixed.
+/// f is the vertex that belongs to p. The weight w is 1 if the batch has no weights. Use it for
+/// noisy data: data points are then approximated, not interpolated.
 ///
-/// Unlike the other energies it depends on vertices, not on edges. Its gradient is w (f − p), and
-/// its Hessian w.
+/// Unlike the other energies, it depends on vertices, not on edges. Its gradient is w (f − p), its
+/// Hessian w.
 pub fn attachment() -> Energy {
     Energy::of(Functional::Attachment)
 }
 
-/// The attachment.
-///
-/// It depends on no edge and so has no term: see [`attachment`].
+/// The functional of [`attachment`]. It depends on no edge, so it has no term.
 pub(super) struct Attachment;
 
 impl Facts for Attachment {
@@ -26,22 +25,23 @@ impl Facts for Attachment {
     }
 }
 
-/// What holds a vertex f near its data point p: a spring, the penalty of a disc, and a tangential anchor.
+/// The energy that holds a vertex f near its data point p: a spring, the penalty of a disc, and a
+/// tangential anchor.
 ///
 /// ```text
 /// ½ w d² + ½ ρ s² + ½ (τ·(f − p) − a)²,  s = max(0, (d² − r)/2),  d = |f − p|
 /// ```
 ///
-/// Without a disc ρ is 0. With one this is the augmented Lagrangian of d ≤ D for the multiplier y of
-/// (d² − D²)/2 ≤ 0, where r = D² − 2y/ρ, but for a constant. The next multiplier is ρ s. A tangential anchor keeps the
-/// vertex from sliding along τ.
+/// ρ is 0 without a disc. With a disc of radius D, this is up to a constant the augmented
+/// Lagrangian of (d² − D²)/2 ≤ 0 with multiplier y, where r = D² − 2y/ρ. The next multiplier is
+/// ρ s. The tangential anchor keeps the vertex from sliding along τ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Anchor<S, const D: usize> {
     /// w
     pub spring: S,
     /// ρ
     pub stiffness: S,
-    /// r, which may be negative.
+    /// r. It may be negative.
     pub reach: S,
     /// τ
     pub tangent: Vector<S, D>,
@@ -50,11 +50,11 @@ pub(crate) struct Anchor<S, const D: usize> {
 }
 
 impl<S: Scalar, const D: usize> Anchor<S, D> {
-    /// Nothing holds the vertex.
+    /// The anchor of a free vertex.
     pub const NONE: Self =
         Anchor { spring: S::ZERO, stiffness: S::ZERO, reach: S::ZERO, tangent: [S::ZERO; D], along: S::ZERO };
 
-    /// Sets what holds the vertex of a lane.
+    /// Sets the anchor of one lane.
     pub fn set_lane(&mut self, lane: usize, anchor: &Anchor<f64, D>) {
         self.spring.set_lane(lane, number::<S>(anchor.spring));
         self.stiffness.set_lane(lane, number::<S>(anchor.stiffness));
@@ -63,27 +63,27 @@ impl<S: Scalar, const D: usize> Anchor<S, D> {
         self.along.set_lane(lane, number::<S>(anchor.along));
     }
 
-    /// s, of f − p.
+    /// s for the offset f − p.
     #[inline(always)]
     pub fn beyond(&self, offset: Vector<S, D>) -> S {
         (S::of(0.5) * (dot(offset, offset) - self.reach)).max(S::ZERO)
     }
 
-    /// The energy at f − p.
+    /// The energy for the offset f − p.
     #[inline(always)]
     pub fn value(&self, offset: Vector<S, D>) -> S {
         let (beyond, along) = (self.beyond(offset), dot(self.tangent, offset) - self.along);
         S::of(0.5) * (self.spring * dot(offset, offset) + self.stiffness * beyond * beyond + along * along)
     }
 
-    /// The gradient at f − p.
+    /// The gradient for the offset f − p.
     #[inline(always)]
     pub fn gradient(&self, offset: Vector<S, D>) -> Vector<S, D> {
         let pull = self.spring + self.stiffness * self.beyond(offset);
         add(scale(pull, offset), scale(dot(self.tangent, offset) - self.along, self.tangent))
     }
 
-    /// The Hessian at f − p: (w + ρs) I + τ τᵀ, and ρ d dᵀ beyond the disc.
+    /// The Hessian for the offset o = f − p: (w + ρs) I + τ τᵀ, plus ρ o oᵀ outside the disc.
     #[inline(always)]
     pub fn hessian(&self, offset: Vector<S, D>) -> [Vector<S, D>; D] {
         let beyond = self.beyond(offset);

@@ -11,10 +11,10 @@ use crate::sort;
 
 /// The bending energy ∫|κ|^ν ds as Σ |K|^ν Δa, in units of length^(1−ν).
 ///
-/// At every vertex between two edges K = (T′ − T)/Δa and Δa = (Δs + Δs′)/2. Its order is 2. The
+/// At a vertex between two edges, K = (T′ − T)/Δa and Δa = (Δs + Δs′)/2. Its order is 2. The
 /// `exponent` is ν ≥ 1. Below 2 the energy has no second derivative where the curve is straight.
 ///
-/// Alone it has no minimiser unless the points lie in order on a line, because ever larger loops
+/// Alone it has a minimiser only if the points lie in order on a line: otherwise ever larger loops
 /// cost less and less. Add [`length`](super::length).
 pub fn bending(exponent: f64) -> Energy {
     Bending { exponent }.into()
@@ -52,9 +52,7 @@ impl Facts for Bending {
         }
     }
 
-    /// The powers of q = |T′ − T|², of c and of a = Δa.
-    ///
-    /// c is q, or the rounding of q where q is below it.
+    /// Powers of q = |T′ − T|², of c = max(q, ε²) and of a = Δa, in WGSL.
     fn definitions(&self, epsilon: f64, _: usize) -> BTreeMap<&'static str, String> {
         let nu = self.exponent;
         let mut own = sort::map([
@@ -86,7 +84,7 @@ impl Facts for Bending {
 impl Bending {
     /// q^(ν/2 − lower) for q = |T′ − T|².
     ///
-    /// Where q is below the rounding of tangents, that rounding is taken instead.
+    /// For exponents other than 0 and 1, q is at least ε², the rounding of tangents.
     #[inline(always)]
     pub(super) fn power<S: Scalar>(&self, q: S, lower: f64) -> S {
         let exponent = 0.5 * self.exponent - lower;
@@ -96,12 +94,12 @@ impl Bending {
             q
         } else {
             let rounding = <S::Number as Real>::EPSILON.to_f64();
-            // The order of the operands keeps NaN.
+            // With the operands in this order, NaN propagates.
             S::of(rounding * rounding).max(q).powf(exponent)
         }
     }
 
-    /// a^exponent
+    /// a^(1 − ν − lower)
     #[inline(always)]
     pub(super) fn measure<S: Scalar>(&self, a: S, lower: f64) -> S {
         match 1.0 - self.exponent - lower {

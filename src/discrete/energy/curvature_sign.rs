@@ -1,13 +1,13 @@
-//! The limit of the sign of curvature, which keeps a planar curve turning to one side.
+//! The limit on the sign of curvature: a planar curve turns to one side only.
 
 use super::penalty::Quantity;
 use super::{Facts, Partials, SecondPartials, Window};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::scale;
 
-/// The quantity κ = (T × T′)/Δa, with Δa = (Δs + Δs′)/2. To the left it is positive.
+/// The quantity κ = (T × T′)/Δa, with Δa = (Δs + Δs′)/2. It is positive where the curve turns left.
 ///
-/// For a curve that turns left it has β < 0, and β > 0 for one that turns right. Spatial curves have no side.
+/// β < 0 makes the curve turn left, β > 0 right. In space the quantity is 0.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct CurvatureSign;
 

@@ -1,12 +1,11 @@
-//! Energies of the curvature vectors at both ends of an edge.
-//!
-//! Derivatives by curvature vectors become those by tangents and lengths.
+//! The curvature vectors at both ends of an edge, and the chain rule from them to tangents and
+//! lengths.
 
 use super::{SecondPartials, Window};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 
-/// A D × D matrix, row after row.
+/// A D × D matrix, row by row.
 pub(super) type Matrix<S, const D: usize> = [Vector<S, D>; D];
 
 /// The matrix with these entries.
@@ -17,8 +16,9 @@ pub(super) fn matrix<S, const D: usize>(entry: impl Fn(usize, usize) -> S) -> Ma
 
 /// The distance ℓ = w₋Δs₋ + wΔs + w₊Δs₊ along three edges between two curvature vectors.
 ///
-/// It is the middle edge, Δs. Where one of the edges is [short](crate::discrete::constrain) the curvature between two
-/// edges is that halfway between their middles, and ℓ = (Δs₋ + 2Δs + Δs₊)/4.
+/// It is the length Δs of the middle edge. If one of the edges is
+/// [short](crate::discrete::constrain), the curvature of two edges counts halfway between their
+/// midpoints, and ℓ = (Δs₋ + 2Δs + Δs₊)/4.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct CurvatureDistance<S> {
     /// w₋, w, w₊
@@ -40,7 +40,7 @@ impl<S: Scalar> CurvatureDistance<S> {
         }
     }
 
-    /// The derivatives of ln(1/ℓ) by the lengths.
+    /// The derivatives of ln(1/ℓ) with respect to the lengths.
     #[inline(always)]
     pub fn slopes(&self) -> [S; 3] {
         self.share.map(|share| -(share * self.inverse))
@@ -76,16 +76,16 @@ impl<S: Scalar, const D: usize> Curvatures<S, D> {
 /// The derivatives of a term V = f(K, K′, T)/ℓ.
 pub(super) struct ByCurvatures<S, const D: usize> {
     pub value: S,
-    /// First derivatives by K, K′ and T.
+    /// First derivatives with respect to K, K′ and T.
     pub first: [Vector<S, D>; 3],
-    /// Second derivatives by pairs of them.
+    /// Second derivatives with respect to pairs of K, K′ and T.
     ///
-    /// Only the upper half is read, where the first is before the second or equal.
+    /// Only entries `[y][z]` with y ≤ z are read.
     pub second: [[Matrix<S, D>; 3]; 3],
 }
 
 impl<S: Scalar, const D: usize> ByCurvatures<S, D> {
-    /// The second partial derivatives by tangents and lengths.
+    /// The second partial derivatives with respect to tangents and lengths.
     ///
     /// With K = r d and d = T − T₋:
     ///
@@ -97,7 +97,7 @@ impl<S: Scalar, const D: usize> ByCurvatures<S, D> {
         let ([r0, r2], [k0, k2]) = (curvatures.rate, curvatures.vector);
         // The factor of each tangent in the differentials of K, K′ and T.
         let by_tangent = [[-r0, r0, S::ZERO], [S::ZERO, -r2, r2], [S::ZERO, S::ONE, S::ZERO]];
-        // The derivatives of K and K′ by the lengths of their two edges.
+        // The derivatives of K and K′ with respect to the lengths of their two edges.
         let by_length = [scale(-half * r0, k0), scale(-half * r2, k2)];
         let entry = |y: usize, z: usize, a: usize, b: usize| {
             if y <= z { self.second[y][z][a][b] } else { self.second[z][y][b][a] }
@@ -105,7 +105,7 @@ impl<S: Scalar, const D: usize> ByCurvatures<S, D> {
         let times = |y: usize, z: usize, x: Vector<S, D>| -> Vector<S, D> {
             std::array::from_fn(|a| dot(std::array::from_fn(|b| entry(y, z, a, b)), x))
         };
-        // Second derivatives by one of K, K′, T and by a length, through K and K′ and through ℓ.
+        // Second derivatives with respect to K, K′ or T and a length, through K, K′ and ℓ.
         let slopes = curvatures.distance.slopes();
         let by_lengths: [[Vector<S, D>; 3]; 3] = std::array::from_fn(|y| {
             let (before, after) = (times(y, 0, by_length[0]), times(y, 1, by_length[1]));
@@ -141,7 +141,8 @@ impl<S: Scalar, const D: usize> ByCurvatures<S, D> {
                         second.lengths[j][k] += dot(by_length[end], by_lengths[end][k]);
                     }
                 }
-                // V/ℓ by Δs of edge j is V/ℓ times the slope of ln(1/ℓ), differentiated once more.
+                // ∂V/∂Δs of edge j holds V times the slope of ln(1/ℓ). This differentiates it by Δs
+                // of edge k.
                 for (end, by_length) in by_length.into_iter().enumerate() {
                     if touches(end, k) {
                         second.lengths[j][k] += slopes[j] * dot(by_length, self.first[end]);
@@ -154,7 +155,7 @@ impl<S: Scalar, const D: usize> ByCurvatures<S, D> {
     }
 }
 
-/// Whether K (0), K′ (1) or T (2) depends on an edge of the three.
+/// Whether K (y = 0), K′ (1) or T (2) depends on this edge of the three.
 const fn touches(y: usize, edge: usize) -> bool {
     match y {
         0 => edge < 2,

@@ -1,4 +1,4 @@
-//! Custom energies of a user, from the formula of their term.
+//! Custom energies, given by a formula for their term.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -11,13 +11,13 @@ use crate::sort;
 
 impl Energy {
     /// A custom energy: Σ term(tangents, lengths) over every run of `edges` consecutive edges of a
-    /// curve, from 1 to [`MOST_EDGES`].
+    /// curve.
     ///
-    /// The term is a function of unit tangents T and lengths Δs. It is called once, and its
-    /// derivatives and its kernel follow from the formula. 2-D curves have z = 0 everywhere. The
-    /// name consists of letters, digits and underscores. `degree` is k in E(c·f) = c^k E(f), which is
-    /// −1 for bending ∫κ² ds. The number of edges is also the number of derivatives
-    /// that the term holds.
+    /// The term is a function of unit tangents T and lengths Δs, with z = 0 in 2-D. It is called
+    /// once per dimension to record its formula, from which its derivatives and its kernel follow.
+    /// The name consists of letters, digits and underscores. `edges` is from 1 to [`MOST_EDGES`]
+    /// and equals the order of the highest derivative that the term holds. `degree` is k in
+    /// E(c·f) = c^k E(f), which is −1 for bending ∫κ² ds.
     ///
     /// ```
     /// use faircurve::discrete::{Energy, Fair, bending, length};
@@ -50,17 +50,18 @@ pub(crate) struct Custom {
     pub name: String,
     edges: usize,
     degree: f64,
-    /// In the plane and in space.
+    /// In 2-D and in 3-D.
     derived: [Derived; 2],
 }
 
-/// A term with its derivatives by the components of its tangents, and then by its lengths.
+/// A term, with its derivatives with respect to the components of its tangents, then to its
+/// lengths.
 #[derive(Debug)]
 struct Derived {
     value: Program,
     /// The value, and the first derivatives.
     gradient: Program,
-    /// The upper triangle of second derivatives, row after row.
+    /// The upper triangle of second derivatives, row by row.
     hessian: Program,
 }
 
@@ -86,7 +87,7 @@ impl Derived {
         }
     }
 
-    /// The functions of a kernel.
+    /// The term's functions in WGSL.
     fn wgsl(&self, name: &str, edges: usize, dimension: usize) -> String {
         let components = ["x", "y", "z"];
         let tangents = (0..edges * dimension).map(|at| format!("w.t{}.{}", at / dimension, components[at % dimension]));
@@ -125,7 +126,7 @@ impl Derived {
     }
 }
 
-/// The place of entry (i, j) of a symmetric matrix in its upper triangle.
+/// The index of entry (i, j) of a symmetric matrix in its upper triangle, stored row by row.
 fn place(i: usize, j: usize, count: usize) -> usize {
     let (i, j) = (i.min(j), i.max(j));
     i * count - i * (i + 1) / 2 + j
@@ -155,10 +156,10 @@ impl Facts for Arc<Custom> {
     }
 }
 
-/// Shows a user's term to a visitor.
+/// Calls a visitor with the term of a custom energy.
 #[inline(never)]
 pub(super) fn visit<V: Visitor>(custom: &Custom, visitor: V) -> V::Output {
-    // Sizes beyond the most edges are left out at compile time.
+    // The compiler removes sizes above `MOST_EDGES`.
     match custom.edges {
         1 => visitor.visit(&Adapter::<1>(custom)),
         2 => visitor.visit(&Adapter::<2>(custom)),

@@ -1,20 +1,20 @@
-//! Exponents ν of bending, bounded for a [continuation](crate::discrete::continuation).
+//! Bounds on the exponents ν of bending, for a [continuation](crate::discrete::continuation) in ν.
 
 use super::Energy;
 
 /// Exponents from [`LEAST_EXPONENT`] to this one need no stages.
 ///
-/// They take as long from the spline as through stages.
+/// They take as long directly from the spline as through stages.
 const MOST_EXPONENT: f64 = 5.0;
 
 /// See [`MOST_EXPONENT`].
 const LEAST_EXPONENT: f64 = 1.5;
 
-/// From stage to stage ν − 1 at most doubles or halves.
+/// ν − 1 at most doubles or halves from stage to stage.
 const STAGE: f64 = 2.0;
 
 impl Energy {
-    /// The bounds of the exponents, one for each stage before the energy itself.
+    /// The bounds on the exponents, one per stage before the energy itself.
     ///
     /// They bound large exponents from above and small ones from below.
     pub(crate) fn stages(&self) -> Vec<f64> {

@@ -1,9 +1,8 @@
-//! Formulas of a user: recorded, differentiated, evaluated and printed in WGSL.
+//! Records, differentiates and evaluates the formulas of custom energies, and prints them in WGSL.
 //!
-//! A function of [`Expression`]s is called once. What it computes is a list of nodes, of which each
-//! follows those that it needs and no two are equal. Derivatives are nodes of the same list, by the
-//! chain rule from the result backwards. A [`Program`] is the part of the list that some results
-//! need.
+//! Calling a function of [`Expression`]s records its operations as nodes of a [`Tape`]. A node
+//! follows its operands, and no two nodes are equal. Reverse-mode differentiation appends the nodes
+//! of the derivatives. A [`Program`] holds the nodes that some results need.
 //!
 //! Source: A. Griewank and A. Walther, *Evaluating Derivatives* (2008).
 
@@ -15,7 +14,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use super::wgsl::{literal, power};
 use crate::linalg::Scalar;
 
-/// One operation. Numbers stand by their bits.
+/// One operation. Numbers are stored as bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Node {
     Number(u64),
@@ -26,7 +25,7 @@ enum Node {
     Divide(usize, usize),
     Root(usize),
     Power(usize, u64),
-    /// The second where the first is positive, else the third.
+    /// The second operand where the first is positive, else the third.
     IfPositive(usize, usize, usize),
 }
 
@@ -46,7 +45,7 @@ impl Node {
     }
 }
 
-/// The list of nodes.
+/// The recorded nodes, without duplicates.
 #[derive(Debug, Default)]
 pub(super) struct Tape {
     nodes: RefCell<Vec<Node>>,
@@ -75,7 +74,7 @@ impl Tape {
         Expression { tape: self, at: *self.known.borrow_mut().entry(node).or_insert_with(add) }
     }
 
-    /// The derivatives of an expression by variables 0 … count − 1.
+    /// The derivatives of an expression with respect to variables 0 … count − 1.
     pub fn derivatives<'t>(&'t self, of: Expression<'t>, count: usize) -> Vec<Expression<'t>> {
         let zero = self.number(0.0);
         let mut adjoints = vec![zero; of.at + 1];
@@ -120,7 +119,7 @@ impl Tape {
         derivatives
     }
 
-    /// The part of the list that these expressions need.
+    /// The nodes that these expressions need.
     pub fn program(&self, results: &[Expression<'_>]) -> Program {
         let nodes = self.nodes.borrow();
         let mut is_needed = vec![false; nodes.len()];
@@ -145,8 +144,8 @@ impl Tape {
 
 /// A number that a formula computes.
 ///
-/// It has +, −, ·, / with others and with `f64`, and the functions here. Formulas are recorded when
-/// they are called, so a comparison is written with [`if_positive`](Self::if_positive) or
+/// It supports +, −, ·, / with other expressions and with `f64`, and the functions here. A formula
+/// is recorded when it is called, so write a comparison with [`if_positive`](Self::if_positive) or
 /// [`max`](Self::max).
 #[derive(Clone, Copy, Debug)]
 pub struct Expression<'t> {
@@ -220,7 +219,7 @@ impl<'t> Expression<'t> {
 
 /// Implements an operator of two expressions, and of an expression and a number on either side.
 ///
-/// The arms give the result where a side is a certain number.
+/// The arms give the result if one side is a particular number.
 macro_rules! operator {
     ($Trait:ident, $method:ident, $Node:ident, $($sides:pat => $simple:expr),+) => {
         impl<'t> $Trait for Expression<'t> {
@@ -335,7 +334,7 @@ impl<'t> Mul<ExpressionVector<'t>> for f64 {
     }
 }
 
-/// Results with the operations that they need.
+/// Results, with the operations that they need.
 #[derive(Debug)]
 pub(super) struct Program {
     nodes: Vec<Node>,
@@ -363,7 +362,8 @@ impl Program {
         self.results.iter().map(|&at| values[at]).collect()
     }
 
-    /// The statements that compute the results from variables of these names, and their names.
+    /// WGSL statements that compute the results from variables with these names, and the results'
+    /// names.
     pub fn wgsl(&self, variables: &[String]) -> (String, Vec<String>) {
         let mut text = String::new();
         let mut names: Vec<String> = Vec::new();

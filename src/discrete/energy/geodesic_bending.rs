@@ -1,4 +1,4 @@
-//! Geodesic bending: Σ |K_g|^ν Δa, of the curvature within a surface.
+//! Geodesic bending: Σ |K_g|^ν Δa, with the curvature within a surface.
 
 use std::collections::BTreeMap;
 
@@ -8,24 +8,26 @@ use super::penalty::Penalty;
 use super::{Energy, Facts, Functional};
 use crate::linalg::Scalar;
 
-/// The geodesic bending energy ∫|κ_g|^ν ds as Σ |K_g|^ν Δa, in units of length^(1−ν), for curves in a
-/// [surface](crate::discrete::Fair::surface).
+/// The geodesic bending energy ∫|κ_g|^ν ds as Σ |K_g|^ν Δa, in units of length^(1−ν), for curves in
+/// a [surface](crate::discrete::Fair::surface).
 ///
-/// K_g = (I − n nᵀ)(T′ − T)/Δa at every vertex between two edges, with the unit normal n there and Δa = (Δs + Δs′)/2. Its
-/// order is 2. The `exponent` is ν ≥ 1. It is 0 on geodesics: on a great circle of equal edges exactly.
+/// At a vertex between two edges, K_g = (I − n nᵀ)(T′ − T)/Δa with the unit normal n there and
+/// Δa = (Δs + Δs′)/2. Its order is 2. The `exponent` is ν ≥ 1. The energy vanishes on geodesics,
+/// exactly so on a great circle with equal edges.
 ///
-/// Source: R. J. Renka, *A Sobolev gradient method for construction of elastic curves in regular surfaces*, Nonlinear
-/// Analysis 63 (2005), for elastic curves in surfaces. This form and its derivatives are faircurve's.
+/// Source: R. J. Renka, *A Sobolev gradient method for construction of elastic curves in regular
+/// surfaces*, Nonlinear Analysis 63 (2005), for elastic curves in surfaces. This discrete form and
+/// its derivatives are faircurve's.
 pub fn geodesic_bending(exponent: f64) -> Energy {
     Energy::of(Functional::GeodesicBending(GeodesicBending { bending: Bending { exponent } }))
 }
 
 /// |T′ − T − n (n·(T′ − T))|^ν Δa^(1−ν)
 ///
-/// It depends on the place of a vertex besides tangents and lengths, and so has no [`Term`](super::Term).
+/// It also depends on the position of the vertex, so it has no [`Term`](super::Term).
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct GeodesicBending {
-    /// The same in terms of the full curvature.
+    /// Bending with the same exponent, whose powers apply here too.
     pub bending: Bending,
 }
 

@@ -1,4 +1,4 @@
-//! The limit of the largest geodesic curvature, of curves in surfaces.
+//! The limit on the geodesic curvature of curves in surfaces.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,8 @@ use super::wgsl::literal;
 use crate::linalg::{Real, Scalar};
 use crate::sort;
 
-/// The quantity |m|/Δa, with the [penalties](super::penalty) that |K| has in the plane and in space.
+/// The quantity |m|/Δa, the geodesic curvature. It uses the [penalties](super::penalty) of |K|,
+/// which it replaces in surfaces.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct GeodesicMaxCurvature;
 
@@ -24,11 +25,11 @@ impl Facts for GeodesicMaxCurvature {
 }
 
 impl GeodesicMaxCurvature {
-    /// |m|, at least the rounding of tangents, so that it can divide; and |m|/Δa.
+    /// |m| and |m|/Δa, with |m| at least the rounding of tangents, so that it can be a divisor.
     #[inline(always)]
     fn curvature<S: Scalar>(parts: &Parts<S>) -> (S, S) {
         let rounding = S::of(<S::Number as Real>::EPSILON.to_f64());
-        // The order of the operands keeps NaN.
+        // With the operands in this order, NaN propagates.
         let turn = rounding.max(parts.square.sqrt());
         (turn, turn / parts.measure)
     }
@@ -58,7 +59,8 @@ impl InSurface for GeodesicMaxCurvature {
         let by_curvature = penalty.stiffness * beyond * penalty.slope;
         let twice = beyond.if_positive(penalty.stiffness * penalty.slope * penalty.slope, S::ZERO);
         let inverse = S::ONE / parts.measure;
-        // q = √s/a: 2 q_s = 1/(|m| a), 4 q_ss = −1/(|m|³ a), q_a = −q/a, q_sa = −q_s/a, q_aa = 2 q/a².
+        // q = √s/a: 2 q_s = 1/(|m| a), 4 q_ss = −1/(|m|³ a), q_a = −q/a, q_sa = −q_s/a, q_aa = 2
+        // q/a².
         let across = inverse / turn;
         let by_measure = -curvature * inverse;
         Second {

@@ -1,4 +1,4 @@
-//! [`InSurface`]: energies of the bend of a curve within a surface.
+//! [`InSurface`]: energies f(|m|², Δa) of the bend m = Δa K_g of a curve within a surface.
 
 use super::Partials;
 use super::penalty::Penalty;
@@ -28,8 +28,7 @@ impl<S: Scalar, const D: usize> Turn<S, D> {
     }
 }
 
-/// A function f(|m|², Δa) of the bend in a surface, with its derivatives: f of what is at hand, and those by s = |m|² and by the
-/// lengths.
+/// A function f(s, Δa) of s = |m|², and its first derivatives.
 pub(crate) struct First<S> {
     pub value: S,
     /// 2 ∂f/∂s
@@ -38,7 +37,7 @@ pub(crate) struct First<S> {
     pub by_length: S,
 }
 
-/// Second derivatives of such a function.
+/// The second derivatives of f, and 2 ∂f/∂s.
 pub(crate) struct Second<S> {
     /// 2 ∂f/∂s
     pub across: S,
@@ -50,7 +49,7 @@ pub(crate) struct Second<S> {
     pub by_lengths: S,
 }
 
-/// The bend at a vertex: |m|² for m, the part of T′ − T in the tangent plane, and Δa.
+/// The arguments of f: s = |m|², where m is the part of T′ − T in the tangent plane, and Δa.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Parts<S> {
     pub square: S,
@@ -66,8 +65,8 @@ pub(crate) trait InSurface {
     /// Its second derivatives.
     fn second_of<S: Scalar>(&self, parts: &Parts<S>, penalty: &Penalty<S>) -> Second<S>;
 
-    /// The value, and the derivatives by tangents and lengths; and x, where that by the place of the vertex is x W m for
-    /// W = ∇²F/|∇F|.
+    /// The value, its derivatives with respect to tangents and lengths, and x: the derivative with
+    /// respect to the position of the vertex is x W m, with W = ∇²F/|∇F|.
     #[inline(always)]
     fn gradient<S: Scalar, const D: usize>(
         &self,

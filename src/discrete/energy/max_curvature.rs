@@ -1,4 +1,4 @@
-//! The limit of the largest curvature.
+//! The limit on the curvature.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,8 @@ use crate::sort;
 
 /// The quantity |K| = |T′ − T|/Δa, with Δa = (Δs + Δs′)/2.
 ///
-/// For a largest curvature κ it has β = 1/κ. A regular polygon in a circle of radius R has |K| = 1/R.
+/// A largest curvature κ has β = 1/κ. A regular polygon inscribed in a circle of radius R has
+/// |K| = 1/R.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct MaxCurvature;
 
@@ -25,12 +26,12 @@ impl Facts for MaxCurvature {
     }
 }
 
-/// |T′ − T|, at least the rounding of tangents, so that it can divide.
+/// |T′ − T|, at least the rounding of tangents, so that it can be a divisor.
 #[inline(always)]
 fn turn<S: Scalar, const D: usize>(window: &Window<S, D, 2>) -> S {
     let d = subtract(window.tangent[1], window.tangent[0]);
     let rounding = S::of(<S::Number as Real>::EPSILON.to_f64());
-    // The order of the operands keeps NaN.
+    // With the operands in this order, NaN propagates.
     rounding.max(dot(d, d).sqrt())
 }
 

@@ -5,24 +5,24 @@
 //!
 //! Edge j leads from vertex j to vertex j + 1. It has a length Δs and a unit tangent T. Every
 //! fairness energy here is a function of the tangents and lengths of up to [`MOST_EDGES`]
-//! consecutive edges, summed along the curve. It therefore does not depend on where the curve lies.
+//! consecutive edges, summed along the curve. It is therefore invariant under translations.
 //!
-//! An energy states the value of its term and its first and second partial derivatives. They are
-//! with respect to tangents and lengths *taken as independent*. The chain rules from edges to
-//! tangents and lengths, and from vertices to edges, are the same for all energies. They are in
+//! An energy provides the value of its term and its first and second partial derivatives with
+//! respect to tangents and lengths, *as if they were independent*. The chain rule from tangents and
+//! lengths to edges, and from edges to vertices, is the same for all energies: see
 //! [`edges`](super::edges) and [`hessian`](super::hessian).
 //!
-//! The number of edges is the energy's order, which is that of the inner product that suits it.
+//! The number of edges in a term is the energy's order, and the order of the inner product for it.
 //! Energies are added and scaled as in formulas: `bending(2.0) + 0.1 * length()`.
-//! [Custom energies](Energy::custom) take part like the ones here.
+//! [Custom energies](Energy::custom) work like the ones here.
 //!
 //! Source: R. J. Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006), section 3,
 //! and *Constructing fair curves and surfaces with a Sobolev gradient method*, CAGD 21 (2004).
 
 /// Declares the energies of edges, each by its file and its type.
 ///
-/// The list yields [`Functional`], which is any of them, the names of the energies, and the one
-/// place where their terms are told apart. Those after `hidden` have no name for users.
+/// The list generates [`Functional`], the enum of all energies, their names, and the only `match`
+/// over their terms. Energies after `hidden` have no public name.
 macro_rules! energies {
     ($($(#[$when:meta])? $word:ident::$Name:ident),+ $(,)?; hidden: $($(#[$for:meta])? $own:ident::$Own:ident),+ $(,)?) => {
         $(
@@ -46,7 +46,7 @@ macro_rules! energies {
         )+
 
         impl Energy {
-            /// The names of the energies, as [`named`](Self::named) takes them.
+            /// The names that [`named`](Self::named) accepts.
             pub const NAMES: &[&str] = &[$($(#[$when])? stringify!($word),)+ "attachment", "geodesic_bending"];
 
             /// The energy with this name and weight 1.
@@ -86,7 +86,7 @@ macro_rules! energies {
                 }
             }
 
-            /// The facts about it besides its term.
+            /// Its properties apart from the term.
             pub fn facts(&self) -> &dyn Facts {
                 match self {
                     $($(#[$when])? Functional::$Name(functional) => functional,)+
@@ -98,9 +98,9 @@ macro_rules! energies {
                 }
             }
 
-            /// Shows the functional's term to a visitor.
+            /// Calls a visitor with the functional's term.
             ///
-            /// What depends on places of vertices has none.
+            /// Functionals that depend on positions of vertices have no term.
             #[inline(always)]
             pub fn visit<V: Visitor>(&self, visitor: V) -> Option<V::Output> {
                 match self {
@@ -165,13 +165,13 @@ use crate::linalg::Scalar;
 use crate::linalg::scalar::Vector;
 use geodesic_bending::GeodesicBending;
 
-/// The most consecutive edges that a term sees.
+/// The largest number of consecutive edges in a term.
 ///
-/// Up to 5 are possible. Blocks and bands of Hessians, on the CPU and in kernels, follow from this
-/// number.
+/// It can be raised to 5. The blocks and bands of Hessians, on the CPU and in kernels, follow from
+/// it.
 pub const MOST_EDGES: usize = 3;
 
-/// W consecutive edges, as a term of an energy sees them.
+/// The W consecutive edges that a term of an energy depends on.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Window<S, const D: usize, const W: usize> {
     /// Unit tangents.
@@ -182,15 +182,14 @@ pub(crate) struct Window<S, const D: usize, const W: usize> {
     pub segments: S,
     /// ε of torsion, a curvature.
     pub torsion_curvature: S,
-    /// 1/w² for the width w of the span that the first edge lies in.
+    /// 1/w², where w is the width of the first edge's span.
     pub taut: S,
-    /// The regularisation's factor at the vertex between the first two edges.
-    ///
-    /// 0 at a data point.
+    /// The factor c of the regularisation at the vertex between the first two edges; 0 at a data
+    /// point.
     pub free: S,
-    /// The regularisation's factor at the vertex between the second and the third edge.
+    /// The factor c at the vertex between the second and the third edge.
     pub free_after: S,
-    /// The term's own [`penalty`](Term::penalty) at the vertex that the first edge leads to.
+    /// The [penalty](Term::penalty) of this term at the end of the first edge.
     pub penalty: Penalty<S>,
 }
 
@@ -204,14 +203,15 @@ pub(crate) struct Partials<S, const D: usize, const W: usize> {
 
 /// Second partial derivatives of a term.
 ///
-/// They are symmetric, and every entry is given.
+/// They are symmetric, and all entries are stored.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct SecondPartials<S, const D: usize, const W: usize> {
-    /// `tangents[j][k][a][b]`: by component a of tangent j and component b of tangent k.
+    /// `tangents[j][k][a][b]`: with respect to component a of tangent j and component b of tangent
+    /// k.
     pub tangents: [[[Vector<S, D>; D]; W]; W],
-    /// `mixed[j][k][a]`: by component a of tangent j and by length k.
+    /// `mixed[j][k][a]`: with respect to component a of tangent j and to length k.
     pub mixed: [[Vector<S, D>; W]; W],
-    /// `lengths[j][k]`: by the lengths j and k.
+    /// `lengths[j][k]`: with respect to the lengths j and k.
     pub lengths: [[S; W]; W],
 }
 
@@ -225,21 +225,22 @@ impl<S: Scalar, const D: usize, const W: usize> SecondPartials<S, D, W> {
 
 /// The term of an energy over W edges.
 pub(crate) trait Term<const W: usize> {
-    /// Whether the term depends on tangents, and not on lengths alone.
+    /// Whether the term depends on tangents, not only on lengths.
     const BY_TANGENT: bool = true;
 
-    /// Whether the term next to a free end of an open curve stands for the half edge there too, in energies of order 3.
+    /// Whether the term next to a free end of an open curve also covers the half edge at that end,
+    /// in energies of order 3.
     ///
-    /// Under those the curvature does not vanish at the end, but its slope does.
+    /// There the slope of the curvature vanishes at a free end, not the curvature itself.
     const AT_ENDS: bool = false;
 
-    /// The kind of penalties that the term is of.
+    /// The index of the term's kind of penalty, if it is a penalty.
     #[inline(always)]
     fn penalty(&self) -> Option<usize> {
         None
     }
 
-    /// The quantity that its penalties limit.
+    /// The quantity that the penalty limits.
     #[inline(always)]
     fn quantity<S: Scalar, const D: usize>(&self, _: &Window<S, D, W>) -> Option<S> {
         None
@@ -249,26 +250,27 @@ pub(crate) trait Term<const W: usize> {
     fn value<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> S;
     /// The term and its partial derivatives.
     fn gradient<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> Partials<S, D, W>;
-    /// Its second partial derivatives by lengths, if it depends on lengths alone. By default it is linear in them.
+    /// The second partial derivatives with respect to lengths, for terms of lengths only. The
+    /// default is for terms that are linear in them.
     #[inline(always)]
     fn by_lengths<S: Scalar, const D: usize>(&self, _: &Window<S, D, W>) -> [[S; W]; W] {
         [[S::ZERO; W]; W]
     }
-    /// Its second partial derivatives. By default those of lengths alone.
+    /// The second partial derivatives. The default is for terms of lengths only.
     #[inline(always)]
     fn hessian<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> SecondPartials<S, D, W> {
         SecondPartials { lengths: self.by_lengths(window), ..SecondPartials::ZERO }
     }
 }
 
-/// An operation on the term of some functional.
+/// An operation on the term of a functional.
 pub(crate) trait Visitor {
     type Output;
 
     fn visit<T: Term<W>, const W: usize>(self, term: &T) -> Self::Output;
 }
 
-/// The facts about an energy besides its term.
+/// The properties of an energy apart from its term.
 pub(crate) trait Facts {
     /// The degree of E(c·f) = c^degree E(f).
     fn degree(&self) -> f64;
@@ -276,12 +278,12 @@ pub(crate) trait Facts {
     /// The second derivative at a straight curve of this length, per unit of the highest derivative
     /// squared.
     ///
-    /// Where it depends on the curvature, it is taken at curvature 1.
+    /// If it depends on the curvature, this is its value at curvature 1.
     fn stiffness(&self, _length: f64) -> f64 {
         2.0
     }
 
-    /// The power of the curvature with which the second derivative grows.
+    /// The exponent with which the second derivative grows with the curvature.
     fn stiffening(&self) -> f64 {
         0.0
     }
@@ -293,24 +295,24 @@ pub(crate) trait Facts {
 
     /// Checks its parameters.
     ///
-    /// The error is a sentence that says what is wrong.
+    /// The error is a sentence that explains what is wrong.
     fn check(&self) -> Result<(), String> {
         Ok(())
     }
 
-    /// The values of `$NAME`s in its WGSL, for numbers of this rounding and curves of a dimension.
+    /// The values of the `$NAME`s in its WGSL, for this machine epsilon and this dimension.
     fn definitions(&self, _epsilon: f64, _dimension: usize) -> BTreeMap<&'static str, String> {
         BTreeMap::new()
     }
 
-    /// The text after its name in a formula.
+    /// The text that follows its name in a formula.
     fn note(&self) -> String {
         String::new()
     }
 }
 
 impl Functional {
-    /// The kind of penalties that it is of.
+    /// The index of its kind of penalty, if it is a penalty.
     pub fn penalty(&self) -> Option<usize> {
         struct Kind;
         impl Visitor for Kind {
@@ -326,7 +328,7 @@ impl Functional {
         }
     }
 
-    /// Whether it depends on tangents, and has a term.
+    /// Whether it has a term that depends on tangents.
     pub fn is_by_tangent(&self) -> bool {
         struct ByTangent;
         impl Visitor for ByTangent {
@@ -339,9 +341,9 @@ impl Functional {
         self.visit(ByTangent).unwrap_or(false)
     }
 
-    /// The order of the inner product that suits it.
+    /// The order of the energy: the number of edges in a term.
     ///
-    /// This is the number of edges that a term sees, and of derivatives that it holds.
+    /// This is also the order of the term's highest derivative, and of the inner product for it.
     pub fn order(&self) -> usize {
         struct Order;
         impl Visitor for Order {
@@ -357,7 +359,7 @@ impl Functional {
         }
     }
 
-    /// The exponent ν, of those that have one.
+    /// The exponent ν, if it has one.
     pub fn exponent(&self) -> Option<f64> {
         match self {
             Functional::Bending(own) | Functional::GeodesicBending(GeodesicBending { bending: own }) => {
@@ -367,7 +369,7 @@ impl Functional {
         }
     }
 
-    /// Sets the exponent ν of those that have one.
+    /// Sets the exponent ν, if it has one.
     pub fn set_exponent(&mut self, exponent: f64) {
         if let Functional::Bending(own) | Functional::GeodesicBending(GeodesicBending { bending: own }) = self {
             own.exponent = exponent;

@@ -1,4 +1,4 @@
-//! The limit of progress along a direction, which keeps a curve from going back.
+//! The limit on progress along a direction: a curve does not turn back along it.
 
 // Loops over coordinates by index match the formulas.
 #![allow(clippy::needless_range_loop)]
@@ -13,12 +13,12 @@ use crate::sort;
 
 /// The quantity a = n·T, for a direction n.
 ///
-/// For a curve that goes on along n it has β < 0, and β > 0 for one that goes against it.
+/// β < 0 makes the curve advance along n, β > 0 against n.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Monotone {
-    /// n, whose last coordinate does not count in the plane.
+    /// n. Its last coordinate is unused in the plane.
     pub direction: [f64; 3],
-    /// The number of the direction.
+    /// The index of the direction.
     pub number: usize,
 }
 

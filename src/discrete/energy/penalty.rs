@@ -1,24 +1,25 @@
-//! Penalties: the local energies that keep a quantity of a few edges within a limit.
+//! Penalties: local energies that keep a quantity of a few edges within a limit.
 //!
-//! A limit on a quantity q of a curve is c ≥ 0 with c = o − βq. The method of multipliers adds the energy
+//! A limit on a quantity q is c ≥ 0 with c = o − βq. The method of multipliers adds the energy
 //!
 //! ```text
 //! ψ = ½ ρ s²,  s = max(0, r + βq)
 //! ```
 //!
-//! for a stiffness ρ > 0. This is (max(0, y − ρc)² − y²)/(2ρ) for the multiplier y of c ≥ 0, where r = y/ρ − o, but for a
-//! constant. The next multiplier is ρs. Where a limit is kept with room, ψ is 0.
+//! with a stiffness ρ > 0. Up to a constant this is (max(0, y − ρc)² − y²)/(2ρ) for the multiplier
+//! y of c ≥ 0, where r = y/ρ − o. The next multiplier is ρs. ψ is 0 where c ≥ y/ρ.
 //!
-//! Penalties stand at vertices, and differ from one to the next. No energy of a user holds them: curves with
-//! [`Limits`](crate::discrete::Limits) do.
+//! Every vertex has its own penalties. Only curves with [`Limits`](crate::discrete::Limits) have
+//! penalties. The energies that users write have none.
 //!
-//! Source: R. T. Rockafellar, *The multiplier method of Hestenes and Powell applied to convex programming* (1973).
+//! Source: R. T. Rockafellar, *The multiplier method of Hestenes and Powell applied to convex
+//! programming* (1973).
 
 use super::{Functional, Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::scale;
 
-/// The penalty at a vertex. Without stiffness there is none.
+/// The penalty at a vertex. Stiffness 0 means none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Penalty<S> {
     /// β
@@ -29,25 +30,26 @@ pub(crate) struct Penalty<S> {
     pub stiffness: S,
 }
 
-/// The most directions along which a curve does not go back.
+/// The largest number of directions of [`Limits::monotone`](crate::discrete::Limits::monotone).
 pub(crate) const MOST_DIRECTIONS: usize = 3;
 
-/// The kind of the penalties of the first direction, after those of |K|, of the signed curvature and of the twist.
+/// The kind of the first direction's penalties. Kinds 0, 1 and 2 limit |K|, the signed curvature
+/// and the torsion.
 pub(crate) const FIRST_DIRECTION: usize = 3;
 
-/// The kinds of penalties, in the order of their arrays. Tests have one more.
+/// The number of kinds of penalties. Tests have one more.
 pub(crate) const LIMIT_KINDS: usize = FIRST_DIRECTION + MOST_DIRECTIONS + cfg!(test) as usize;
 
-/// What a batch of curves is kept with.
+/// The terms that the limits of a batch add to its energy.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct LimitTerms {
     /// The quantities that penalties limit.
     pub quantities: Vec<Functional>,
-    /// The largest number of region penalties of a vertex.
+    /// The largest number of region penalties per vertex.
     pub regions: usize,
-    /// Whether the length has a weight of its own, the last.
+    /// Whether the length has its own weight for each curve, the last one.
     pub stretch: bool,
-    /// Whether the area has a weight.
+    /// Whether the area has a weight for each curve.
     pub area: bool,
 }
 
@@ -68,7 +70,7 @@ impl<S: Scalar> Penalty<S> {
         S::of(0.5) * self.stiffness * beyond * beyond
     }
 
-    /// ψ and its derivatives, from q and its own.
+    /// ψ and its derivatives, from q and its derivatives.
     #[inline(always)]
     pub fn gradient<const D: usize, const W: usize>(&self, q: &Partials<S, D, W>) -> Partials<S, D, W> {
         let by_q = self.stiffness * self.beyond(q.value) * self.slope;
@@ -109,11 +111,11 @@ impl<S: Scalar> Penalty<S> {
 
 /// A quantity q of W edges that [penalties](Penalty) limit.
 pub(crate) trait Quantity<const W: usize> {
-    /// The kind of its penalties.
+    /// The index of its kind of penalty.
     fn kind(&self) -> usize;
     /// q and its partial derivatives.
     fn first<S: Scalar, const D: usize>(&self, window: &Window<S, D, W>) -> Partials<S, D, W>;
-    /// Its second partial derivatives, from the first. By default q is linear in tangents.
+    /// Its second partial derivatives, given the first. The default is for q linear in tangents.
     #[inline(always)]
     fn second<S: Scalar, const D: usize>(&self, _: &Window<S, D, W>, _: &Partials<S, D, W>) -> SecondPartials<S, D, W> {
         SecondPartials::ZERO

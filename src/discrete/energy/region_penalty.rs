@@ -1,4 +1,4 @@
-//! Region penalties: what keeps single vertices within a region.
+//! Region penalties, which keep single vertices within a region.
 
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
@@ -6,11 +6,13 @@ use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
 /// The penalty of a region constraint on a vertex with the displacement u.
 ///
 /// ```text
-/// ψ = ½ ρ s²,  s = max(0, r + q),  q = φ (v·o) + ½ b |o − t v|²,  o = u − p,  t = min(max(v·o, 0), ℓ)
+/// ψ = ½ ρ s²,  s = max(0, r + q),  q = φ (v·o) + ½ b |o − t v|²
+/// o = u − p,  t = min(max(v·o, 0), ℓ)
 /// ```
 ///
-/// |o − t v| is the distance from the segment of length ℓ that begins at p along the unit vector v. For ℓ = 0 this is a
-/// disc. With b = 0 the region is a half-space. As for a [penalty](super::Penalty) r = y/ρ − o, for a limit c = o − q, and the next
+/// |o − t v| is the distance from the segment of length ℓ that begins at p along the unit vector v.
+/// For ℓ = 0 this is a disc. With b = 0 the region is a half-space. As in a
+/// [penalty](super::Penalty), a limit q ≤ c₀ with multiplier y has r = y/ρ − c₀, and the next
 /// multiplier is ρs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct RegionPenalty<S, const D: usize> {
@@ -22,7 +24,7 @@ pub(crate) struct RegionPenalty<S, const D: usize> {
     pub span: S,
     /// φ
     pub plane: S,
-    /// b, negative to keep out.
+    /// b. Negative for a region to stay out of.
     pub bend: S,
     /// r
     pub reach: S,
@@ -42,7 +44,7 @@ impl<S: Scalar, const D: usize> RegionPenalty<S, D> {
         stiffness: S::ZERO,
     };
 
-    /// Sets the penalty of a lane.
+    /// Sets the penalty of one lane.
     pub fn set_lane(&mut self, lane: usize, penalty: &RegionPenalty<f64, D>) {
         for c in 0..D {
             self.foot[c].set_lane(lane, number::<S>(penalty.foot[c]));

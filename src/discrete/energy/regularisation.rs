@@ -1,20 +1,22 @@
-//! The regularisation, which keeps edges between data points equal.
+//! The spacing regularisation, which makes the edges between data points equally long.
 //!
-//! It is ½ Σ q² with q = 2c (Δs′ − Δs)/(Δs′ + Δs) at vertices that are no data points, which does not change when
-//! the curve is scaled. In surfaces and with limits it is q = c (Δs′ − Δs), which is not bounded and whose Hessian is semidefinite. For energies of order 3 it is ½ Σ (q′ − q)² over edges, with q = c (Δs′ − Δs), and 0 at
-//! data points; at the ends of open curves ½ q² is added. That form suits them because their inner product has one
-//! derivative more.
+//! Energies of curves do not change when vertices slide along the curve, so they do not determine
+//! the spacing of vertices. The regularisation does. Every shape can have equal edges, so unlike
+//! tension it does not change the shape. Reported energies exclude it.
 //!
-//! Energies of curves do not change when vertices slide along the curve, so nothing says where
-//! vertices should lie. The regularisation makes edges between data points equal. Every curve can meet it
-//! exactly, so unlike tension it does not change the shape. Energies are reported without it.
+//! It is ½ Σ q² over the vertices that are not data points. By default
+//! q = 2c (Δs′ − Δs)/(Δs′ + Δs), which is invariant to scaling. In surfaces and with limits,
+//! q = c (Δs′ − Δs), which is unbounded and has a semidefinite Hessian. For energies of order 3 the
+//! regularisation is ½ Σ (q′ − q)² over edges, with q = c (Δs′ − Δs), 0 at data points, plus ½ q²
+//! at the ends of open curves: their inner product has one derivative more.
 //!
-//! The factor c is 1 where spans are alike. It is larger in spans of shorter edges, as the resistance to bending is.
+//! The factor c is 1 if all spans are alike. It is larger in spans of shorter edges, as the bending
+//! stiffness is.
 
 use super::{Partials, Term, Window};
 use crate::linalg::Scalar;
 
-/// The term ½ q² with q = 2c (Δs′ − Δs)/(Δs′ + Δs), which is 0 at a data point.
+/// The term ½ q² with q = 2c (Δs′ − Δs)/(Δs′ + Δs), 0 at a data point.
 pub(crate) struct RatioRegularisation;
 
 impl Term<2> for RatioRegularisation {
@@ -50,7 +52,8 @@ impl Term<2> for RatioRegularisation {
     }
 }
 
-/// The term ½ c² (Δs′ − Δs)², which is 0 at a data point: in surfaces, with limits, and at the ends beside [`SmoothRegularisation`].
+/// The term ½ c² (Δs′ − Δs)², 0 at a data point: in surfaces, with limits, and at the ends of open
+/// curves together with [`SmoothRegularisation`].
 pub(crate) struct DifferenceRegularisation;
 
 impl Term<2> for DifferenceRegularisation {

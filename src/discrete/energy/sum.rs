@@ -15,11 +15,11 @@ use crate::error::{Error, Result};
 #[derive(Clone, Debug, Default)]
 pub struct Energy {
     terms: Vec<(f64, Functional)>,
-    /// The largest number of region penalties of a vertex.
+    /// The largest number of region penalties per vertex.
     regions: usize,
-    /// Whether the length has a weight of its own, curve by curve.
+    /// Whether the length has its own weight for each curve.
     has_tether: bool,
-    /// Whether the area of each curve has a weight.
+    /// Whether the area has a weight for each curve.
     has_area: bool,
 }
 
@@ -29,7 +29,7 @@ impl Energy {
         Energy { terms: vec![(1.0, functional)], ..Energy::default() }
     }
 
-    /// The same energy with this exponent of bending.
+    /// The same energy, with this exponent in its bending terms.
     #[must_use]
     pub fn with_exponent(mut self, exponent: f64) -> Self {
         self.terms.iter_mut().for_each(|(_, functional)| functional.set_exponent(exponent));
@@ -45,11 +45,11 @@ impl Energy {
         &mut self.terms
     }
 
-    /// Checks that every weight and exponent makes sense.
+    /// Checks all weights, exponents and custom energies.
     ///
     /// # Errors
-    /// A weight that is negative or not finite. An exponent below 1. A custom energy over no or too
-    /// many edges.
+    /// A weight that is negative or not finite. An exponent below 1. A custom energy over no edges
+    /// or too many.
     pub(crate) fn check(&self) -> Result<()> {
         for (weight, functional) in &self.terms {
             let word = functional.word();
@@ -62,22 +62,22 @@ impl Energy {
         Ok(())
     }
 
-    /// Whether it holds an attachment to data, of any weight.
+    /// Whether it contains an attachment to data, of any weight.
     pub(crate) fn is_attached(&self) -> bool {
         self.terms.iter().any(|(_, functional)| matches!(functional, Functional::Attachment))
     }
 
-    /// Whether it holds geodesic bending, of any weight, and so asks for a surface.
+    /// Whether it contains geodesic bending, of any weight, and so needs a surface.
     pub(crate) fn is_geodesic(&self) -> bool {
         self.terms.iter().any(|(_, functional)| matches!(functional, Functional::GeodesicBending(_)))
     }
 
-    /// Whether it holds tautness, of any weight, and so asks where spans lie.
+    /// Whether it contains tautness, of any weight, and so needs the spans.
     pub(crate) fn is_taut(&self) -> bool {
         self.terms.iter().any(|(_, functional)| matches!(functional, Functional::Tautness(_)))
     }
 
-    /// The same energy with the penalties of limits.
+    /// The same energy, with the penalties of limits added.
     pub(crate) fn with_limits(&self, limit_terms: LimitTerms) -> Energy {
         let mut with_limits = self.clone();
         with_limits.terms.extend(limit_terms.quantities.into_iter().map(|quantity| (1.0, quantity)));
@@ -92,37 +92,34 @@ impl Energy {
         }
     }
 
-    /// Which kinds of penalties it holds.
+    /// Which kinds of penalties it contains.
     pub(crate) fn penalties(&self) -> [bool; LIMIT_KINDS] {
         let mut penalties = [false; LIMIT_KINDS];
         self.terms.iter().filter_map(|(_, functional)| functional.penalty()).for_each(|kind| penalties[kind] = true);
         penalties
     }
 
-    /// The largest number of region penalties of a vertex.
+    /// The largest number of region penalties per vertex.
     pub(crate) fn regions(&self) -> usize {
         self.regions
     }
 
-    /// Whether the area of each curve has a weight. No kernel knows it.
+    /// Whether the area has a weight for each curve. Kernels do not support it.
     pub(crate) fn has_area(&self) -> bool {
         self.has_area
     }
 
-    /// Whether it is one with limits.
+    /// Whether [`with_limits`](Self::with_limits) has added penalties or weights.
     pub(crate) fn has_limits(&self) -> bool {
         self.regions > 0 || self.has_tether || self.has_area || self.penalties().contains(&true)
     }
 
-    /// The weight of the attachment to data.
-    ///
-    /// 0 without one.
+    /// The weight of the attachment to data, 0 without one.
     pub(crate) fn attachment_weight(&self) -> f64 {
         self.terms.iter().filter(|(_, f)| matches!(f, Functional::Attachment)).map(|(weight, _)| weight).sum()
     }
 
-    /// Whether the energy bounds the length of the curve, because it holds the length or its
-    /// square.
+    /// Whether a term of positive weight bounds the length of the curve.
     pub(crate) fn bounds_length(&self) -> bool {
         self.terms.iter().any(|(weight, functional)| *weight > 0.0 && functional.facts().bounds_length())
     }

@@ -1,35 +1,35 @@
-//! Tautness: Σ Δs/w², with w the width of the span.
+//! Tautness: Σ Δs/w², where w is the width of the span.
 
 use super::{Energy, Facts, Partials, Term, Window};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{Vector, dot, subtract};
 use crate::width::widths;
 
-/// The tautness Σ Δs/w², in 1/length, where w is the width that the data leave a curve in the span of
-/// the edge Δs.
+/// The tautness Σ Δs/w², in 1/length, where w is the width that the data leave for the curve in the
+/// span of the edge.
 ///
 /// ```text
 /// w = max(h′ (1 + cos θ)/2, h/10)
 /// ```
 ///
-/// h is the chord of the span, h′ the shortest of it and the chords beside it, and θ the larger turn of
-/// the data's polygon at its two ends; an open curve has no turn at its own ends. Tautness is the length
-/// of every span, weighed by what loops have room for there. Bending has the same unit, so that a weight
-/// τ against bending is a number: metres and degrees, small and large, all give the same shapes.
-/// A disturbance dies away as e^(−√τ s/w) along a span: 1 leaves gentle curves almost as they are without
-/// it, and keeps curves from loops where the data turn sharply or spans are unequal. With bending alone many
-/// data have no curve of least energy; with both, one exists for all.
+/// h is the chord of the span, h′ the shortest of this chord and its neighbours, and θ the larger
+/// turn of the data polygon at the span's two ends. An open curve has no turn at its own ends.
+/// Tautness is the length of every span, weighted by the room for loops there. Bending has the same
+/// unit, so the weight τ of tautness relative to bending is dimensionless, and shapes do not depend
+/// on the unit of length. A disturbance decays as e^(−√τ s/w) along a span. τ = 1 hardly changes
+/// gentle curves, and prevents loops where the data turn sharply or spans are unequal. With bending
+/// alone many data have no curve of least energy; with both, one exists for all.
 ///
-/// Where planar curves of [`Fair`](crate::discrete::Fair) cross themselves all the same, and the polygon of their
-/// points does not, the spans that cross get narrower widths.
+/// If a planar curve of [`Fair`](crate::discrete::Fair) intersects itself where its data polygon
+/// does not, the spans involved get smaller widths.
 ///
-/// Its order is 1. w is at least h/10, so that 16 edges a span can follow the turns. Divided into fewer,
-/// sharp data converge slowly. In [`Energy::evaluate`] the data points are
-/// those of [`targets`](crate::discrete::Evaluate::targets); without these every vertex is one.
+/// Its order is 1. Because w ≥ h/10, 16 edges per span can follow the turns. With fewer edges,
+/// sharp data converge slowly. In [`Energy::evaluate`] the data points are the
+/// [`targets`](crate::discrete::Evaluate::targets); without targets, every vertex is one.
 ///
-/// Source: splines in tension (D. G. Schweikert, *An interpolation curve using a spline in tension*,
-/// 1966), with a tension a span. The width is faircurve's: `benches/RESULTS.md` has the table that
-/// chose it.
+/// Source: splines in tension (D. G. Schweikert, *An interpolation curve using a spline in
+/// tension*, 1966), with one tension per span. The width is faircurve's, chosen by the table in
+/// `benches/RESULTS.md`.
 pub fn tautness() -> Energy {
     Tautness.into()
 }
@@ -66,10 +66,10 @@ impl Term<1> for Tautness {
     }
 }
 
-/// 1/w² of every edge, with w the width of its span.
+/// 1/w² of every edge, where w is the width of its span.
 ///
-/// `rows` are the vertices of the data points, at the end of a closed curve the first once more.
-/// Lengths are in units of `size`.
+/// `rows` are the vertex indices of the data points. On a closed curve the number of vertices
+/// follows, for the first point again. Lengths are in units of `size`.
 pub(crate) fn of_spans<const D: usize>(points: &[Vector<f64, D>], rows: &[u32], closed: bool, size: f64) -> Vec<f64> {
     // Spans between repeated points have no edge and no direction.
     let spans: Vec<usize> = (1..rows.len()).map(|k| k - 1).filter(|&k| rows[k] < rows[k + 1]).collect();

@@ -5,8 +5,8 @@ use crate::linalg::Scalar;
 
 /// The tension ψ(f) = ½ m Σ Δs² for m edges, in units of length².
 ///
-/// It is half the squared length where all edges are equal. It is quadratic, holds loops back and
-/// spreads vertices evenly. Its order is 1.
+/// It is half the squared length if all edges are equal. It is quadratic, discourages loops and
+/// spaces vertices evenly. Its order is 1.
 ///
 /// Source: Renka (2006), equation (11), with the constant 1/Δt = m that the paper drops.
 pub fn tension() -> Energy {

@@ -5,24 +5,24 @@ use super::{Energy, Facts, Partials, SecondPartials, Term, Window};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 
-/// ε of [`torsion`]: a curvature of 10⁻³ over the curve's size. Not in the kernel: the host gives
-/// it, curve by curve.
+/// ε of [`torsion`] times the curve's size: a curvature of 10⁻³ over the size.
+/// Not in the kernel: the host passes ε for each curve.
 pub const TORSION_CURVATURE: f64 = 1e-3;
 
 /// The torsion energy ∫κ²τ² ds as Σ det(T, K̄, C)²/(|K̄|² + ε²) Δs, in units of 1/length³.
 ///
-/// The sum is over every edge between two interior vertices. T and Δs are of this edge. K and K′
-/// are the curvature vectors at its ends, and C = (K′ − K)/Δs. K̄ is the mean of K and K′ without
-/// its part along T. Its order is 3. It is 0 in 2-D.
+/// The sum is over every edge between two interior vertices, with tangent T and length Δs. K and K′
+/// are the curvature vectors at the ends of the edge, and C = (K′ − K)/Δs. K̄ is the mean of K and
+/// K′ without its component along T. Its order is 3. It is 0 in 2-D.
 ///
 /// The curvature ε is [`TORSION_CURVATURE`] over the curve's size. It keeps the energy finite at
-/// inflections, where curvature vanishes and torsion has no meaning.
+/// inflections, where curvature vanishes and torsion is undefined.
 pub fn torsion() -> Energy {
     Torsion.into()
 }
 
-/// δ²/(n ℓ) with δ = T·(K × K′), which is ℓ det(T, K̄, C), n = |K̄|² + ε², and the [distance](super::curvatures::CurvatureDistance) ℓ from K
-/// to K′.
+/// δ²/(n ℓ), with δ = T·(K × K′) = ℓ det(T, K̄, C), n = |K̄|² + ε², and the
+/// [distance](super::curvatures::CurvatureDistance) ℓ from K to K′.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Torsion;
 
@@ -38,7 +38,7 @@ struct Parts<S, const D: usize> {
     cross: Vector<S, D>,
     /// δ
     delta: S,
-    /// The mean of K and K′, the part of the mean along T, and K̄.
+    /// The mean of K and K′, its component along T, and K̄.
     mean: Vector<S, D>,
     along: S,
     bar: Vector<S, D>,
@@ -64,19 +64,20 @@ impl<S: Scalar, const D: usize> Parts<S, D> {
         self.delta * self.delta * self.by_n * self.by_s
     }
 
-    /// The derivatives of δ by K, K′ and T.
+    /// The derivatives of δ with respect to K, K′ and T.
     #[inline(always)]
     fn delta_first(&self, [k0, k2]: [Vector<S, D>; 2], t: Vector<S, D>) -> [Vector<S, D>; 3] {
         [cross(k2, t), cross(t, k0), self.cross]
     }
 
-    /// The derivatives of n by K, K′ and T. For unit tangents n = |mean|² − (mean·T)² + ε².
+    /// The derivatives of n with respect to K, K′ and T. For unit tangents
+    /// n = |mean|² − (mean·T)² + ε².
     #[inline(always)]
     fn n_first(&self) -> [Vector<S, D>; 3] {
         [self.bar, self.bar, scale(-S::of(2.0) * self.along, self.mean)]
     }
 
-    /// The derivatives of the term by K, K′ and T: 2 δ/(n Δs) ∂δ − V/n ∂n.
+    /// The derivatives of the term with respect to K, K′ and T: 2 δ/(n ℓ) ∂δ − V/n ∂n.
     #[inline(always)]
     fn first(&self, delta: &[Vector<S, D>; 3], n: &[Vector<S, D>; 3]) -> [Vector<S, D>; 3] {
         let (by_delta, by_n) = (S::of(2.0) * self.delta * self.by_n * self.by_s, self.value() * self.by_n);
@@ -125,7 +126,7 @@ impl Term<3> for Torsion {
         let by_tt = matrix(|a, b| -two * parts.mean[a] * parts.mean[b]);
         let n_second = [[by_kk, by_kk, by_kt], [zero, by_kk, by_kt], [zero, zero, by_tt]];
         let delta_second = [[zero, skew(t), skew(scale(-S::ONE, k2))], [zero, zero, skew(k0)], [zero; 3]];
-        // ∂²V = 2/(n Δs) (∂δ ∂δ + δ ∂²δ) − 2 δ/(n² Δs) (∂δ ∂n + ∂n ∂δ) + 2 V/n² ∂n ∂n − V/n ∂²n
+        // ∂²V = 2/(n ℓ) (∂δ ∂δ + δ ∂²δ) − 2 δ/(n² ℓ) (∂δ ∂n + ∂n ∂δ) + 2 V/n² ∂n ∂n − V/n ∂²n
         let squares = two * parts.by_n * parts.by_s;
         let by_delta = squares * parts.delta;
         let mixed = by_delta * parts.by_n;
@@ -145,9 +146,9 @@ impl Term<3> for Torsion {
     }
 }
 
-/// a × b.
+/// a × b in 3-D.
 ///
-/// It is 0 in 2-D, where the third component alone would not vanish.
+/// It is 0 in 2-D, where only the third component would not vanish.
 #[inline(always)]
 fn cross<S: Scalar, const D: usize>(a: Vector<S, D>, b: Vector<S, D>) -> Vector<S, D> {
     if D < 3 {

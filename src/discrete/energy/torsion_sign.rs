@@ -1,4 +1,4 @@
-//! The limit of the sign of torsion, which keeps a spatial curve twisting to one side.
+//! The limit on the sign of torsion: a spatial curve twists to one side only.
 
 // Loops over coordinates by index match the formulas.
 #![allow(clippy::needless_range_loop)]
@@ -8,10 +8,10 @@ use super::{Facts, Partials, SecondPartials, Window};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::dot;
 
-/// The quantity t = det(T, T′, T″), the volume of three tangents that follow each other.
+/// The quantity t = det(T, T′, T″), the volume of three consecutive tangents.
 ///
-/// It has the sign of the torsion: κ²τh³ for edges of length h. For a curve that twists as a right-handed screw it has
-/// β < 0, and β > 0 for one that twists as a left-handed screw. Planar curves have none.
+/// It has the sign of the torsion: κ²τh³ for edges of length h. β < 0 makes the curve twist as a
+/// right-handed screw, β > 0 as a left-handed one. In the plane the quantity is 0.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct TorsionSign;
 
@@ -57,7 +57,7 @@ impl Quantity<3> for TorsionSign {
         let mut second = SecondPartials::ZERO;
         if D == 3 {
             for j in 0..3 {
-                // ∂²t/∂T_j∂T_{j+1} x = T_{j+2} × x, seen from the other side −T_{j+2} × x.
+                // ∂²t/∂T_j∂T_{j+1} maps x to x × T_{j+2}, and its transpose maps x to T_{j+2} × x.
                 let (k, third) = ((j + 1) % 3, window.tangent[(j + 2) % 3]);
                 for a in 0..D {
                     let (b, c) = ((a + 1) % D, (a + 2) % D);

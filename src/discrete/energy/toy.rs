@@ -1,4 +1,4 @@
-//! A toy energy, Σ |T′ − T|² Δs Δs′, for tests alone.
+//! A toy energy, Σ |T′ − T|² Δs Δs′, for tests only.
 //!
 //! It follows the recipe in CONTRIBUTING.md.
 

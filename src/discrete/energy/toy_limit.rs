@@ -1,4 +1,4 @@
-//! A toy limit, of how steep edges are, for tests alone.
+//! A toy limit on the slope of edges, for tests only.
 //!
 //! It follows the recipe in CONTRIBUTING.md.
 
@@ -6,7 +6,7 @@ use super::penalty::Quantity;
 use super::{Facts, LIMIT_KINDS, Partials, Window};
 use crate::linalg::Scalar;
 
-/// The quantity T_y, which for a slope of α is sin α.
+/// The quantity T_y = sin α, for a slope angle α.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct ToyLimit;
 

@@ -8,8 +8,9 @@ use crate::linalg::scalar::{dot, scale, subtract};
 /// The variation of curvature ∫κ′² + κ²τ² ds as Σ |(I − T Tᵀ)(K′ − K)|²/Δs, in units of 1/length³.
 ///
 /// The sum is over every edge between two interior vertices. K and K′ are the curvature vectors at
-/// the edge's ends, and T is its tangent. Beside a tangent that is given Δs is the distance from K to K′. It is 0 on polygons of
-/// a circle with equal edges. Its order is 3.
+/// the edge's ends, and T is its tangent. Next to a prescribed tangent, Δs is replaced by the
+/// distance from K to K′. The energy is 0 on polygons inscribed in a circle with equal edges. Its
+/// order is 3.
 ///
 /// Without the projection a term κ⁴ would remain, and circles would not be optimal.
 ///
@@ -18,7 +19,8 @@ pub fn variation() -> Energy {
     Variation.into()
 }
 
-/// |(I − T Tᵀ)(K′ − K)|²/ℓ, with the [distance](super::curvatures::CurvatureDistance) ℓ from K to K′.
+/// |(I − T Tᵀ)(K′ − K)|²/ℓ, with the [distance](super::curvatures::CurvatureDistance) ℓ from K to
+/// K′.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Variation;
 
@@ -47,7 +49,8 @@ impl Term<3> for Variation {
         let distance = CurvatureDistance::of(window.length);
         let r1 = distance.inverse;
         let value = dot(across, across) * r1;
-        // The derivatives by c, and the explicit part by the middle tangent.
+        // The derivative with respect to c, and the explicit one with respect to the middle
+        // tangent.
         let by_c = scale(two * r1, across);
         let by_t1 = scale(-two * r1 * along, c);
         let slopes = distance.slopes();

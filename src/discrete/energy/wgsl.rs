@@ -9,7 +9,7 @@ pub(super) fn literal(x: f64) -> String {
 
 /// base^exponent in WGSL.
 ///
-/// Multiples of a quarter up to six become products and square roots. Other exponents become a call
+/// Multiples of a quarter up to six become products and square roots. Other exponents become calls
 /// of `power`.
 pub(super) fn power(base: &str, exponent: f64) -> String {
     if exponent < 0.0 {
