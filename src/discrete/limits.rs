@@ -1,4 +1,4 @@
-//! [`Limits`]: inequalities that fair curves keep.
+//! [`Limits`]: inequality constraints on fair curves.
 
 mod along;
 mod kinds;
@@ -16,89 +16,101 @@ use crate::batch::CurveBatch;
 use crate::error::{Error, Result};
 use crate::linalg::scalar::{self, Vector};
 
-/// A point may lie outside of its region by this part of its largest coordinate: it is rounding.
+/// A pinned point may lie outside a region by this fraction of the largest coordinate, which is
+/// rounding.
 const TOUCHING: f64 = 1e-12;
 
-/// Directions are perpendicular up to this cosine.
+/// The largest cosine between directions that count as perpendicular.
 const PERPENDICULAR: f64 = 1e-9;
 
-/// Limits that a fair curve keeps at every vertex, besides passing through its points.
+/// Limits that a fair curve satisfies at every vertex, in addition to passing through its points.
 ///
-/// [`Fair::limits`](super::Fair::limits) says how they are kept. Any of them may be asked for together.
+/// [`Fair::limits`](super::Fair::limits) describes the method. All limits can be combined.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Limits {
-    /// The largest curvature κ > 0, in 1/length. `None`, the default, bounds none.
+    /// The largest curvature κ > 0, in 1/length. `None`, the default, sets no bound.
     ///
-    /// At every vertex |T′ − T|/Δa ≤ κ, for the unit tangents T, T′ of the edges beside it and their mean length Δa.
-    /// A regular polygon in a circle of radius R has 1/R there. The column `kmax` of
-    /// [`Constraints::largest_curvatures`](crate::Constraints::largest_curvatures) bounds single spans; the smaller
-    /// bound holds.
+    /// At every vertex |T′ − T|/Δa ≤ κ, where T and T′ are the unit tangents of the adjacent edges
+    /// and Δa is their mean length. A regular polygon inscribed in a circle of radius R has
+    /// curvature 1/R. The column `kmax` of
+    /// [`Constraints::largest_curvatures`](crate::Constraints::largest_curvatures) bounds single
+    /// spans. The smaller bound applies.
     pub curvature: Option<f64>,
     /// Whether curves turn and twist only to the sides to which the polygon of their points does.
+    /// Whether the curvature, or the torsion in space, keeps the sign that the data polygon has.
     ///
-    /// Planar curves keep the sign of their curvature. At a data point that is the side of the turn there. Between two
-    /// points that turn to one side it is that side, and between an end and its neighbour that of the neighbour. A span
-    /// between turns to different sides may turn to both. Points in a line, of a turn below 1e-9, are joined by straight spans
-    /// where they are pinned and without tangents; others ask for nothing.
+    /// In the plane, the sign of the curvature at a data point is the sign of the polygon's turn
+    /// there. A span between two turns to the same side turns to that side, and a span at an end of
+    /// the curve turns to the side of its interior point. A span between turns to different sides
+    /// may turn to both. Collinear points (turns below 1e-9) are joined by straight spans if they
+    /// are pinned and have no tangents. Otherwise they imply no limit.
     ///
-    /// Spatial curves keep the sign of their torsion, that of det(T, T′, T″) for three edges that follow each other. In a
-    /// span it is that of its chord with the chords beside it, and in a span at an end that of its neighbour. At a data
-    /// point between spans of different sides it is free. The energy must hold variation or torsion. Where curvature
-    /// vanishes this volume has no gradient: of 200 rough curves of 5 points 14 to 18 are `not_converged`.
+    /// In space, the sign of the torsion is the sign of det(T, T′, T″) for three consecutive edges.
+    /// In a span it is the sign for the span's chord and the two adjacent chords. A span at an end
+    /// of the curve has the sign of its neighbour. Torsion is free at a data point between spans of
+    /// different signs. The energy must contain variation or torsion. Where curvature vanishes this
+    /// determinant has no gradient: of 200 rough curves of 5 points 14 to 18 are `not_converged`.
     pub shape: bool,
-    /// Directions n, perpendicular to each other, in which no curve goes back between two points. None by default.
+    /// Pairwise perpendicular directions n along which no curve turns back between two points. None
+    /// by default.
     ///
-    /// Every edge of a span goes along n if its chord does, and against n if its chord does: n·T keeps its sign. Along
-    /// (1, 0, 0) x grows or falls from point to point, and has no bump between them. In the plane a span whose chord is
-    /// across one n is straight, between points that are pinned and have no tangents. Other such chords ask for nothing.
-    /// The length of n does not count. In the plane its third coordinate is 0.
+    /// Every edge of a span goes along n if its chord does, and against n if its chord does: n·T
+    /// keeps its sign. With (1, 0, 0), x is monotone from point to point. In the plane, a span
+    /// whose chord is perpendicular to an n is straight if its points are pinned and have no
+    /// tangents. Other such chords imply no limit. The length of n does not matter. In the plane
+    /// its third coordinate is 0.
     pub monotone: Vec<[f64; 3]>,
-    /// The half-width d > 0 of a corridor about the polygon of the points, in units of the input.
+    /// The half-width d > 0 of a corridor around the data polygon, in units of the input.
     ///
-    /// `None`, the default, asks for none. The part of a curve between two points stays within d of the chord between
-    /// them. The column `corridor` of [`Constraints::corridors`](crate::Constraints::corridors) has widths of single
-    /// spans; the smaller one holds. Points that are not pinned stay within the smaller of both sides.
+    /// `None`, the default, means no corridor. The curve between two points stays within d of their
+    /// chord. The column `corridor` of [`Constraints::corridors`](crate::Constraints::corridors)
+    /// has the half-widths of single spans. The smaller one applies. Points that are not pinned
+    /// stay within the smaller half-width of their two spans.
     pub corridor: Option<f64>,
-    /// Half-planes, discs and balls that all curves keep within or stay out of. None by default.
+    /// Half-planes, discs and balls that all curves stay within or out of. None by default.
     ///
-    /// A curve that passes through a disc to stay out of goes around it on the side where it is nearer to the edge. That
-    /// an edge between two vertices does not cut the disc, these stay out of one of radius √(r² + h²/4), for edges of
-    /// length h.
+    /// A curve that crosses a disc to stay out of goes around it on the side where the disc's edge
+    /// is nearer. Vertices next to edges of length h stay out of a disc of radius √(r² + h²/4), so
+    /// that edges do not cut the original disc.
     pub regions: Vec<Region>,
-    /// The longest curve, as a multiple of the length of its points' polygon, more than 1. `None` bounds none.
+    /// The largest length, as a multiple of the data polygon's length, more than 1. `None`, the
+    /// default, sets no bound.
     ///
-    /// With it bending alone has a least curve.
+    /// With a bound, a minimiser exists even for bending alone.
     pub stretch: Option<f64>,
-    /// Whether planar curves enclose the area that the polygon of their points does, to 1e-6 of it.
+    /// Whether planar curves enclose the same area as their data polygon, to 1e-6 of it.
     ///
-    /// An open curve encloses it with the chord between its ends. Areas that an open curve has on
-    /// both sides of its chord count against each other, and the tolerance is at least 1e-8 of the
-    /// disc with the polygon's perimeter. The host descends, on every device.
+    /// An open curve is closed by the chord between its ends. Areas on different sides of the chord
+    /// have opposite signs, and the tolerance is at least 1e-8 of the disc with the polygon's
+    /// perimeter. The host computes these descents, on every device.
     pub area: bool,
-    /// Whether planar curves of the batch may not cross each other: contour lines, lanes of a road.
+    /// Whether planar curves of the batch must not cross each other: contour lines, lanes of a
+    /// road.
     ///
-    /// Curves whose points' polygons do not meet are kept from crossing and from touching, all pairs of the batch. Those that
-    /// would cross are fitted again, in rounds, within half-planes of their vertices that separate both, until none cross. All others
-    /// keep their bits. A curve that crosses a neighbour after 12 rounds is
-    /// [`Infeasible`](crate::CurveStatus::Infeasible), and its message names the neighbour and the place.
+    /// This holds for all pairs of curves whose data polygons do not meet: they neither cross nor
+    /// touch. Curves that would cross are fitted again, in rounds, within half-planes at their
+    /// vertices that separate them. All other curves keep their bits. A curve that crosses a
+    /// neighbour after 12 rounds is [`Infeasible`](crate::CurveStatus::Infeasible), and its message
+    /// names the neighbour and the place.
     ///
-    /// Pairs whose polygons cross or touch, as borders do that meet at a point, are not asked to, at no place; the message of
-    /// both says so. Neither are pieces of a curve cut at corners, and a curve that crosses itself.
-    /// [`LimitReport::neighbours`](crate::LimitReport::neighbours) and
-    /// [`touching`](crate::LimitReport::touching) count both.
+    /// Pairs whose data polygons already cross or touch (adjacent borders, say) are left
+    /// unconstrained along their whole length. Both reports say so. Pieces of one curve that is cut
+    /// at corners may cross each other, and a curve may cross itself.
+    /// [`LimitReport::neighbours`](crate::LimitReport::neighbours) counts the separated neighbours,
+    /// [`touching`](crate::LimitReport::touching) the unconstrained ones.
     pub no_crossing: bool,
-    /// Whether no edge is steep, in tests.
+    /// A limit on the slope of edges, for tests only.
     #[cfg(test)]
     pub(crate) toy: bool,
 }
 
 impl Limits {
-    /// Whether there is nothing to keep in a batch.
+    /// Whether a batch has no limits.
     pub(super) fn is_empty(&self, batch: &CurveBatch) -> bool {
         !self.no_crossing && self.asks_nothing_alone(batch)
     }
 
-    /// Whether there is nothing that a curve keeps without regard to others.
+    /// Whether no limit applies to a curve by itself, without regard to other curves.
     pub(super) fn asks_nothing_alone(&self, batch: &CurveBatch) -> bool {
         let has_any = match batch.dimension() {
             2 => LimitKind::<2>::ALL.iter().any(|kind| (kind.is_asked)(self, batch)),
@@ -107,26 +119,27 @@ impl Limits {
         !has_any && self.stretch.is_none() && !self.area && !self.has_places(batch)
     }
 
-    /// Whether there are limits of places.
+    /// Whether there are limits on positions: regions or corridors.
     pub(super) fn has_places(&self, batch: &CurveBatch) -> bool {
         self.corridor.is_some() || !self.regions.is_empty() || batch.constraints().corridors.is_some()
     }
 
-    /// Whether there is a largest curvature somewhere on curve `i`.
+    /// Whether any span of curve `i` has a largest curvature.
     pub(super) fn bounds_curvature(&self, batch: &CurveBatch, i: usize) -> bool {
         let rows = batch.offsets()[i]..batch.offsets()[i + 1];
         let bounds = batch.constraints().largest_curvatures.as_ref();
         self.curvature.is_some() || bounds.is_some_and(|all| all[rows].iter().any(|bound| !bound.is_nan()))
     }
 
-    /// Whether there is no limit besides those of curvature and of the whole length.
+    /// Whether there are no limits other than those on the curvature and on the total length.
     pub(super) fn bounds_curvature_alone(&self, batch: &CurveBatch) -> bool {
         !self.shape && !self.area && self.monotone.is_empty() && !self.no_crossing && !self.has_places(batch)
     }
 
-    /// The spans of curve `i` that have edges, each with its largest curvature, infinite where there is none.
+    /// The spans of curve `i` that have edges, each with its largest curvature, infinite without a
+    /// bound.
     ///
-    /// `rows` are the vertices of its data points.
+    /// `rows` are the vertex indices of its data points.
     pub(super) fn spans_of(&self, batch: &CurveBatch, i: usize, rows: &[u32]) -> Vec<(Span, f64)> {
         let spans = spans(rows, batch.count(i));
         let bounds = of_spans(self.curvature, batch.constraints().largest_curvatures.as_deref(), batch, i, &spans);
@@ -134,10 +147,12 @@ impl Limits {
         spans.into_iter().zip(bounds).collect()
     }
 
-    /// Checks that the limits make sense.
+    /// Checks the limits.
     ///
     /// # Errors
-    /// A curvature or a corridor that is not positive and finite. A stretch of 1 or less. A direction of length 0, or two that are not perpendicular. A region that is none.
+    /// A curvature or corridor that is not positive and finite. A stretch of 1 or less. A direction
+    /// of length 0, or two that are not perpendicular. `no_crossing` or `area` in space. An invalid
+    /// region.
     pub(super) fn check(&self, dimension: usize) -> Result<()> {
         let refuse = |why: String| Err(Error::argument(why));
         let is_length = |x: &f64| *x > 0.0 && x.is_finite();
@@ -184,10 +199,11 @@ impl Limits {
         self.regions.iter().try_for_each(|region| region.check(dimension))
     }
 
-    /// The first point of curve `i` at which its limits are none or cannot be kept, with what is wrong.
+    /// The first point of curve `i` at which its limits are invalid or cannot be satisfied, and
+    /// why.
     ///
-    /// `rows` are the vertices of the data points. `pinned` are the vertices that the curve goes through, each with the
-    /// number of the point at or before it.
+    /// `rows` are the vertex indices of the data points. `pinned` are the positions of the pinned
+    /// vertices, each with the index of the data point at or before it.
     pub(super) fn problem<const D: usize>(
         &self,
         batch: &CurveBatch,
@@ -226,7 +242,7 @@ impl Limits {
         ))
     }
 
-    /// The unit vectors along the directions of [`monotone`](Self::monotone) curves, then zeros.
+    /// Unit vectors along the directions of [`monotone`](Self::monotone), then zeros.
     pub(super) fn directions(&self) -> [[f64; 3]; MOST_DIRECTIONS] {
         let mut directions = [[0.0; 3]; MOST_DIRECTIONS];
         for (unit, direction) in directions.iter_mut().zip(&self.monotone) {
@@ -237,7 +253,7 @@ impl Limits {
     }
 }
 
-/// A bound for every span, infinite where there is none: the smaller one of all and of a column.
+/// The bound of every span: the smaller one of `all` and of the column, infinite without either.
 pub(super) fn of_spans(
     all: Option<f64>,
     column: Option<&[f64]>,
@@ -249,7 +265,7 @@ pub(super) fn of_spans(
         return None;
     }
     let of_column = |point: usize| column.map_or(f64::NAN, |column| column[batch.offsets()[i] + point]);
-    // `min` passes over NaN, which stands for a blank.
+    // `min` ignores NaN, which stands for a blank entry.
     let bound = |span: &Span| f64::INFINITY.min(of_column(span.point)).min(all.unwrap_or(f64::INFINITY));
     Some(spans.iter().map(bound).collect())
 }

@@ -1,12 +1,12 @@
-//! Limits of quantities along a curve: which vertex has which, by the spans between data points.
+//! Limits on quantities along a curve: β at every vertex, from the spans between data points.
 
 use super::Limits;
 use crate::linalg::scalar::{Vector, dot, subtract};
 use crate::sides::{self, STRAIGHT, agreed};
 
-/// A span that has edges: those from a row to another, the second not below the first.
+/// A span with at least one edge, from vertex `rows[0]` to vertex `rows[1]`.
 pub(in crate::discrete) struct Span {
-    /// The number of the data point that it begins at, and of the one that it ends at.
+    /// The index of the data point at its start, and of the one at its end.
     pub point: usize,
     pub next: usize,
     pub rows: [usize; 2],
@@ -14,12 +14,13 @@ pub(in crate::discrete) struct Span {
 
 /// The spans of a curve that have edges.
 ///
-/// `rows` are the vertices of the data points, at the end of a closed curve the first once more.
+/// `rows` are the vertex indices of the data points. On a closed curve the number of vertices
+/// follows, for the first point again.
 pub(in crate::discrete) fn spans(rows: &[u32], points: usize) -> Vec<Span> {
     let closed = rows.len() > points;
     let span = |k: usize| Span { point: k, next: (k + 1) % points, rows: [rows[k] as usize, rows[k + 1] as usize] };
     let mut spans: Vec<Span> = (0..rows.len() - 1).map(span).filter(|span| span.rows[0] < span.rows[1]).collect();
-    // Points that coincide share a vertex: the first of them stands for all.
+    // Coincident points share a vertex. The one at which a span starts represents them.
     for k in 1..spans.len() {
         spans[k - 1].next = spans[k].point;
     }
@@ -32,8 +33,9 @@ pub(in crate::discrete) fn spans(rows: &[u32], points: usize) -> Vec<Span> {
 }
 
 impl Limits {
-    /// The spans of a planar curve that can only be straight: between points in a line, where the shape is kept, and between
-    /// two that are level in a direction in which it does not go back.
+    /// The spans of a planar curve that must be straight: between collinear points if the shape is
+    /// preserved, and between two points that are level in a direction of
+    /// [`monotone`](Self::monotone).
     pub(in crate::discrete) fn straight<const D: usize>(&self, points: &[Vector<f64, D>], rows: &[u32]) -> Vec<Span> {
         let shape = self.shape;
         if D != 2 || !shape && self.monotone.is_empty() {
@@ -55,8 +57,9 @@ impl Limits {
 }
 
 impl Limits {
-    /// The first pinned point at which the points turn back along as many directions of [`monotone`](Self::monotone) as
-    /// there are coordinates. In the plane a level span turns back, since it is straight.
+    /// The first pinned point at which the data polygon turns back along as many directions of
+    /// [`monotone`](Self::monotone) as there are coordinates. In the plane a level span counts as
+    /// turning back, because it is straight.
     pub(super) fn turning_back<const D: usize>(
         &self,
         points: &[Vector<f64, D>],
@@ -84,14 +87,14 @@ impl Limits {
     }
 }
 
-/// The polygon of a curve's data points, span by span, and where its vertices are.
+/// The data polygon of a curve, as spans.
 pub(in crate::discrete) struct Polygon<'a, const D: usize> {
     pub spans: &'a [Span],
     pub points: &'a [Vector<f64, D>],
     pub closed: bool,
     /// The number of vertices.
     pub vertices: usize,
-    /// That of a curve of size 1, in units of the input.
+    /// The size of the curve, in units of the input.
     pub size: f64,
 }
 
@@ -106,7 +109,7 @@ impl<const D: usize> Polygon<'_, D> {
         lengths.sum::<f64>() / self.spans.len().max(1) as f64 / self.size
     }
 
-    /// The span before span k, if there is one.
+    /// The span before span k, if any.
     fn before(&self, k: usize) -> Option<usize> {
         match k {
             0 if self.closed => Some(self.spans.len() - 1),
@@ -114,7 +117,7 @@ impl<const D: usize> Polygon<'_, D> {
         }
     }
 
-    /// The span after span k, if there is one.
+    /// The span after span k, if any.
     fn after(&self, k: usize) -> Option<usize> {
         match k + 1 {
             k if k < self.spans.len() => Some(k),
@@ -122,7 +125,8 @@ impl<const D: usize> Polygon<'_, D> {
         }
     }
 
-    /// 1/κ at every vertex between two edges, from the largest curvatures of the spans. At a data point both count.
+    /// 1/κ at every vertex between two edges, from the largest curvatures κ of the spans. At a data
+    /// point the smaller κ of both spans applies.
     pub(super) fn by_bounds(&self, bounds: &[f64]) -> Vec<f64> {
         let slope = |k: usize| 1.0 / (bounds[k] * self.size);
         let mut slopes = vec![0.0; self.vertices];
@@ -135,7 +139,8 @@ impl<const D: usize> Polygon<'_, D> {
         slopes
     }
 
-    /// −σℓ at every vertex, with σ the side to turn to, 1 to the left and −1 to the right, and ℓ the mean chord.
+    /// −σℓ at every vertex, where σ is the required turning direction, 1 to the left and −1 to the
+    /// right, and ℓ the mean chord.
     pub(super) fn sides(&self) -> Vec<f64> {
         let turn = |before: usize, after: usize| {
             let [a, b] = [before, after].map(|k| self.chord(&self.spans[k]));
@@ -154,8 +159,8 @@ impl<const D: usize> Polygon<'_, D> {
         slopes
     }
 
-    /// −σ at the vertex that every edge leads to, with σ = 1 where the chord goes along the direction, and −1 where it
-    /// goes against it.
+    /// −σ at the end of every edge, with σ = 1 if the chord of its span goes along the direction,
+    /// and −1 if it goes against it.
     pub(super) fn progress(&self, direction: [f64; 3]) -> Vec<f64> {
         let mut slopes = vec![0.0; self.vertices];
         for span in self.spans {
@@ -168,10 +173,12 @@ impl<const D: usize> Polygon<'_, D> {
         slopes
     }
 
-    /// −σ(ℓ/h)³ at the vertex at which the middle one of three edges begins, with σ the side of the torsion, 1 for that of
-    /// a right-handed screw, ℓ the mean chord and h the edge at the chord of the span.
+    /// −σ(ℓ/h)³ at the start of the middle one of three edges, where σ is the required sign of the
+    /// torsion, 1 for a right-handed screw, ℓ the mean chord, and h the chord of the span over its
+    /// number of edges.
     pub(super) fn twists(&self) -> Vec<f64> {
-        // Of the chord of every span with both beside it; a span at an end has none.
+        // From the chord of a span and its two neighbours. A span at the end of a curve has no
+        // sign.
         let own = |k: usize| {
             let [before, after] = [self.before(k)?, self.after(k)?];
             let [a, b, c] = [before, k, after].map(|k| self.chord(&self.spans[k]));
@@ -192,7 +199,7 @@ impl<const D: usize> Polygon<'_, D> {
             let [from, to] = span.rows;
             for (row, slope) in (from..to).zip(&mut slopes[from..to]) {
                 let beside = [(row == from).then(|| self.before(k)), (row + 1 == to).then(|| self.after(k))];
-                // Three edges about a data point lie in both spans.
+                // Three edges around a data point reach into both spans.
                 let agree = beside.into_iter().flatten().all(|other| other.is_some_and(|k| sides[k] == side));
                 *slope = if agree { -side * (scale / edge).powi(3) } else { 0.0 };
             }
@@ -201,7 +208,7 @@ impl<const D: usize> Polygon<'_, D> {
     }
 }
 
-/// 1 for a chord along a direction, −1 for one against it, 0 for one across it.
+/// 1 for a chord along a direction, −1 for one against it, 0 for one perpendicular to it.
 fn sign_along<const D: usize>(chord: Vector<f64, D>, direction: [f64; 3]) -> f64 {
     let along: f64 = chord.iter().zip(direction).map(|(x, n)| x * n).sum();
     if along.abs() < STRAIGHT * length(chord) * dot(direction, direction).sqrt() { 0.0 } else { along.signum() }

@@ -1,43 +1,43 @@
-//! [`LimitKind`]: the kinds of limits of a quantity along a curve, a row each.
+//! [`LimitKind`]: the table of limits on quantities along a curve.
 
 use super::along::Polygon;
 use super::{Limits, of_spans};
 use crate::batch::CurveBatch;
 use crate::discrete::energy::{Functional, LIMIT_KINDS, Monotone};
 
-/// A kind of limits: c = o − βq ≥ 0 at every vertex, for a quantity q.
+/// A kind of limit: c = o − βq ≥ 0 at every vertex, for a quantity q.
 ///
-/// The quantity with its derivatives is a file of `energy`, and one of its shaders.
+/// The quantity and its derivatives are a file of `energy` and one of its shaders.
 pub(in crate::discrete) struct LimitKind<const D: usize> {
-    /// The quantity, of curves in a surface or not.
+    /// The quantity; `true` for curves in a surface.
     pub functional: fn(&Limits, bool) -> Functional,
     /// o
     pub offset: f64,
     /// The power of 1/h in βq·β∇q, for edges of length h.
     pub steepness: i32,
-    /// Whether curves of a batch are asked to keep it.
+    /// Whether the limits or the batch require it.
     pub is_asked: fn(&Limits, &CurveBatch) -> bool,
-    /// β at every vertex of curve `i`, 0 where it has no limit.
+    /// β at every vertex of curve `i`, 0 where there is no limit.
     pub slopes: fn(&Polygon<'_, D>, &Limits, &CurveBatch, usize) -> Vec<f64>,
-    /// How a curve breaks it, and what would be feasible.
+    /// The sentences of a message: what the curve violates, and what would be feasible.
     pub words: fn(&Broken<'_>) -> [String; 2],
 }
 
-/// A limit that a curve breaks, in units of the input.
+/// A violated limit, in units of the input.
 pub(in crate::discrete) struct Broken<'a> {
     pub limits: &'a Limits,
     pub dimension: usize,
     pub in_surface: bool,
-    /// q of a curvature.
+    /// q, if it is a curvature.
     pub curvature: f64,
-    /// 1/β of a curvature.
+    /// 1/β, if q is a curvature.
     pub bound: f64,
-    /// Whether q is what is feasible.
+    /// Whether q is the smallest feasible value that was found.
     pub is_least: bool,
 }
 
 impl<const D: usize> LimitKind<D> {
-    /// All kinds, in the order of [`Functional::penalty`].
+    /// All kinds, indexed by [`Functional::penalty`].
     pub const ALL: [Self; LIMIT_KINDS] = [
         Self::MAX_CURVATURE,
         Self::CURVATURE_SIGN,
@@ -97,7 +97,7 @@ impl<const D: usize> LimitKind<D> {
         },
     };
 
-    /// Progress along the direction of number `K`.
+    /// Progress along direction `K`.
     const fn monotone<const K: usize>() -> Self {
         LimitKind {
             functional: |limits, _| Functional::Monotone(Monotone { direction: limits.directions()[K], number: K }),
@@ -113,7 +113,7 @@ impl<const D: usize> LimitKind<D> {
         }
     }
 
-    /// The limit of the recipe in CONTRIBUTING.md, for tests alone: no edge is steeper than 53°.
+    /// The limit of the recipe in CONTRIBUTING.md, for tests only: no edge is steeper than 53°.
     #[cfg(test)]
     const TOY: Self = LimitKind {
         functional: |_, _| Functional::ToyLimit(Default::default()),
@@ -124,7 +124,7 @@ impl<const D: usize> LimitKind<D> {
         words: |_| ["it is too steep", "it to"].map(String::from),
     };
 
-    /// The slopes β of every kind at each vertex of curve `i`. A kind that limits nothing is empty.
+    /// The slopes β of every kind at each vertex of curve `i`. Kinds without a limit are empty.
     pub fn slopes_of(
         polygon: &Polygon<'_, D>,
         limits: &Limits,

@@ -1,18 +1,18 @@
-//! [`Region`]: where curves may be.
+//! [`Region`]: a region that curves stay within or out of.
 
 use crate::discrete::energy::RegionPenalty;
 use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, dot, scale, subtract};
 
-/// A region of the plane or of space that curves keep within.
+/// A region of the plane or of space that curves stay within.
 ///
-/// In the plane the third coordinate is 0, or NaN for none. Lengths are in units of the input.
+/// In the plane the third coordinate is 0 or NaN. Lengths are in units of the input.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Region {
     /// n·f ≤ b
     HalfSpace {
-        /// n, of any length but 0.
+        /// n, of any length except 0.
         normal: [f64; 3],
         /// b, in units of n·f.
         offset: f64,
@@ -34,10 +34,11 @@ pub enum Region {
 }
 
 impl Region {
-    /// Checks that the region makes sense.
+    /// Checks the numbers of the region.
     ///
     /// # Errors
-    /// A normal of length 0. A radius that is not positive. A number that is not finite. In the plane a third coordinate.
+    /// A normal of length 0. A radius that is not positive. A number that is not finite. A third
+    /// coordinate in the plane, or none in space.
     pub(super) fn check(&self, dimension: usize) -> Result<()> {
         let (Region::HalfSpace { normal: vector, offset: number }
         | Region::Inside { center: vector, radius: number }
@@ -64,7 +65,7 @@ impl Region {
         }
     }
 
-    /// By how much a point is outside of the region, in units of the input; negative within.
+    /// The signed distance of a point from the region, in units of the input; negative inside.
     pub(in crate::discrete) fn excess<const D: usize>(&self, point: Vector<f64, D>) -> f64 {
         match *self {
             Region::HalfSpace { normal, offset } => {
@@ -76,9 +77,9 @@ impl Region {
         }
     }
 
-    /// The region's form at size 1 from a point on.
+    /// The region as a constraint on a curve of size 1, relative to the point `from`.
     ///
-    /// `unit` is the length in which a half space counts.
+    /// `unit` is the length that a half-space constraint is measured in.
     pub(in crate::discrete) fn form<const D: usize>(
         &self,
         from: Vector<f64, D>,
@@ -118,19 +119,21 @@ impl std::fmt::Display for Region {
     }
 }
 
-/// A limit c = o − q ≥ 0, for the q of a [`RegionPenalty`] without its multiplier.
+/// A limit c = o − q ≥ 0 on the q of a [`RegionPenalty`]. The penalty has no multiplier and no
+/// stiffness yet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(in crate::discrete) struct RegionConstraint<const D: usize> {
-    /// Its foot is from the first vertex of the start on.
+    /// Its foot is relative to the first vertex of the start.
     pub penalty: RegionPenalty<f64, D>,
     /// o
     pub offset: f64,
 }
 
 impl<const D: usize> RegionConstraint<D> {
-    /// The form for a vertex beside an edge of length `edge`.
+    /// The constraint on a vertex next to an edge of length h = `edge`.
     ///
-    /// An edge between two vertices at the distance √(r² + h²/4) touches a disc with its middle.
+    /// A disc to stay out of grows to the radius √(r² + h²/4): an edge between two vertices at this
+    /// distance touches the disc at its midpoint.
     pub fn beside(self, edge: f64) -> Self {
         let RegionPenalty { bend, .. } = self.penalty;
         match bend < 0.0 {
@@ -142,7 +145,8 @@ impl<const D: usize> RegionConstraint<D> {
         }
     }
 
-    /// n·(f − p) ≤ 0, for a unit vector n and a point p of the edge. `unit` is the length in which it counts.
+    /// n·(f − p) ≤ 0, for a unit vector n and a point p of the boundary. `unit` is the length that
+    /// it is measured in.
     pub fn half_plane(foot: Vector<f64, D>, axis: Vector<f64, D>, unit: f64) -> Self {
         RegionConstraint {
             penalty: RegionPenalty { foot, axis, plane: 1.0 / unit, ..RegionPenalty::NONE },
@@ -150,7 +154,7 @@ impl<const D: usize> RegionConstraint<D> {
         }
     }
 
-    /// Within a distance of a chord.
+    /// The region within `width` of a chord.
     pub fn corridor(from: Vector<f64, D>, chord: Vector<f64, D>, width: f64) -> Self {
         let span = dot(chord, chord).sqrt();
         let axis = if span > 0.0 { scale(1.0 / span, chord) } else { [0.0; D] };

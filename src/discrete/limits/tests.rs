@@ -1,4 +1,4 @@
-//! Limits by the recipe of CONTRIBUTING.md.
+//! Limits that follow the recipe in CONTRIBUTING.md.
 
 use super::*;
 use crate::discrete::energy::{bending, length};
@@ -29,7 +29,7 @@ fn steepest(fit: &Fit, i: usize) -> f64 {
     vertices.points(i).as_chunks::<2>().0.windows(2).map(edge).fold(-1.0, f64::max)
 }
 
-/// Curves that are steeper than their points without the limit.
+/// Curves that are too steep without the limit.
 fn steep() -> CurveBatch {
     let points = |k: usize| [[0.0, 0.0], [1.0, 0.02 * k as f64], [2.0, 1.25], [3.0, 1.2], [4.0 + k as f64, 1.1]];
     let curves: Vec<_> = (0..5).map(points).collect();
