@@ -1,7 +1,7 @@
-//! The text and the weights of an energy for a kernel.
+//! The WGSL text and the weights of an energy for a kernel.
 //!
-//! The text is the definitions that `shaders/discrete/energy/mod.wgsl` asks for. The weights differ
-//! from curve to curve.
+//! The text consists of the definitions that `shaders/discrete/energy/mod.wgsl` needs. Each curve
+//! has its own weights.
 
 use super::energy::{Energy, Functional, MOST_EDGES, TORSION_CURVATURE};
 use crate::gpu::source::{Definitions, definitions};
@@ -10,7 +10,7 @@ use crate::sort;
 
 /// Names that kernels use themselves.
 ///
-/// No energy may have one of them.
+/// No custom energy may have one of them.
 const RESERVED: [&str; 12] = [
     "ratio_regularisation",
     "difference_regularisation",
@@ -35,14 +35,14 @@ pub(crate) struct Composition {
     entries: Vec<Entry>,
     /// The entry of each term of the energy.
     places: Vec<usize>,
-    /// The most edges that a term sees.
+    /// The largest number of edges in a term.
     edges: usize,
 }
 
 /// The coefficients of a quadric: a matrix, a vector and a number.
 pub(crate) const QUADRIC: usize = 13;
 
-/// The numbers of another surface: the origin and the size of a curve's coordinates.
+/// The numbers of any other surface: the origin and the size of a curve's coordinates.
 const PLACED: usize = 4;
 
 /// The table that the text of a surface may read.
@@ -50,7 +50,7 @@ pub(super) const SURFACE_TABLE: &str = "surface_table";
 
 #[derive(Clone, Copy, Debug)]
 enum Entry {
-    /// A weight and the degree of its functional.
+    /// A weight, and the degree of its functional.
     Weight(f64, f64),
     /// The weight of the attachment and its degree.
     Attachment(f64, f64),
@@ -61,18 +61,18 @@ enum Entry {
     Surface,
 }
 
-/// What tells one functional's text from another's.
+/// What distinguishes the text of one functional from another's.
 ///
-/// The order is the one in which kernels add up. Sums are therefore the same however an energy is
+/// Kernels add terms in this order, so sums do not depend on the order in which an energy is
 /// written.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
 struct Kind {
     edges: usize,
-    /// Its position in [`Energy::NAMES`], or `usize::MAX` for a user's energy.
+    /// Its position in [`Energy::NAMES`], or `usize::MAX` for a custom energy.
     rank: usize,
     word: String,
     degree: String,
-    /// The kind of penalties that it is of.
+    /// The index of its kind of penalty, if it is a penalty.
     penalty: Option<usize>,
     definitions: Definitions,
 }
@@ -97,17 +97,18 @@ impl Kind {
 pub(crate) struct DeviceWeights {
     /// Weights in the kernel's order.
     pub entries: Vec<f64>,
-    /// The energy in units of the input that is 1 on the device.
+    /// The unit of energy on the device, in units of the input.
     pub unit: f64,
 }
 
 impl Composition {
-    /// Composes the energies of curves of a dimension, with the regularisation of a kind, if it is not 0.
+    /// Composes an energy for curves of a dimension, with the regularisation of a kind if it is not
+    /// 0.
     ///
     /// Functionals that differ only in their weights share one entry.
     ///
     /// # Errors
-    /// A sentence that says what cannot be compiled into a kernel.
+    /// A sentence that says why the energy cannot be compiled into a kernel.
     pub fn of(energy: &Energy, regularisation: usize, dimension: usize, precision: Precision) -> Result<Self, String> {
         let epsilon = precision.epsilon();
         let of_terms = energy.terms().iter().map(|(_, functional)| Kind::of(functional, epsilon, dimension));
@@ -169,7 +170,8 @@ impl Composition {
         Ok(composing)
     }
 
-    /// The same for curves in surfaces, whose numbers follow the weights: quadrics, or those of a text.
+    /// The same for curves in surfaces, either quadrics or surfaces with a WGSL text. The numbers
+    /// of the surface follow the weights.
     pub fn in_surfaces(mut self, text: Option<&str>) -> Self {
         self.define("SURFACE", self.entries.len());
         let numbers = match text {
@@ -189,7 +191,7 @@ impl Composition {
         self
     }
 
-    /// Defines the terms of the regularisation of a kind, the list REGULARISATION_TERM.
+    /// Defines the list REGULARISATION_TERM: the terms of a kind of regularisation.
     fn define_regularisation(&mut self, kind: usize) {
         const FIRST: &str = "discrete/energy/regularisation.wgsl";
         const SMOOTH: &str = "discrete/energy/smooth_regularisation.wgsl";
@@ -214,7 +216,7 @@ impl Composition {
 
     /// Defines the next entry of the list TERM, and returns the name of its functions.
     ///
-    /// `penalty` is the place of its penalty in a window.
+    /// `penalty` is the index of its penalty in a window.
     fn define_term(
         &mut self,
         entry: usize,
@@ -236,19 +238,19 @@ impl Composition {
         Ok(name)
     }
 
-    /// The number of entries of a curve in the kernel's table of weights.
+    /// The number of entries per curve in the kernel's table of weights.
     pub fn width(&self) -> usize {
         self.entries.len()
     }
 
-    /// The most edges that a term sees.
+    /// The largest number of edges in a term.
     pub fn edges(&self) -> usize {
         self.edges
     }
 
-    /// The entries of a curve of size 1 whose terms have these weights.
+    /// The entries of a curve of size 1, from the weights of its terms.
     ///
-    /// The entry of an attachment is 1, because its weights stand at the points.
+    /// The entry of an attachment is 1, because its weights are stored with the points.
     pub fn entries(&self, weights: &[f64], regularisation: f64) -> Vec<f64> {
         let entry = |(place, entry): (usize, &Entry)| match entry {
             Entry::Weight(..) => {
@@ -262,10 +264,10 @@ impl Composition {
         self.entries.iter().enumerate().map(entry).collect()
     }
 
-    /// The weights of a curve that the device has divided by `size`.
+    /// The weights of a curve that has been divided by `size`.
     ///
-    /// The argument `torsion_curvature` (ε of torsion) is in units of the input. The regularisation is that of order 2, which
-    /// has no unit of length.
+    /// `torsion_curvature` (ε of torsion) is in units of the input. The regularisation is the
+    /// dimensionless one of order 2.
     pub fn weights(&self, size: f64, regularisation: f64, torsion_curvature: f64) -> DeviceWeights {
         let scaled = |entry: &Entry| match *entry {
             Entry::Weight(weight, degree) | Entry::Attachment(weight, degree) => weight * size.powf(degree),

@@ -11,14 +11,14 @@ use crate::parallel;
 impl Energy {
     /// The energy at every curve of the batch, with the [wanted](Evaluate::want) derivatives.
     ///
-    /// The points of a curve are its vertices. All threads of the CPU compute in f64, or a GPU
-    /// computes. Energies of two or three edges are 0 on curves with fewer.
+    /// The points of a curve are its vertices. The CPU computes in f64, on all threads. Energies of
+    /// two or three edges are 0 on curves with fewer edges.
     ///
-    /// A curve that the batch calls unfit has NaN and an [`Unfitted`](crate::Unfitted). So has a curve in one of
-    /// these cases:
+    /// The result is NaN with an [`Unfitted`](crate::Unfitted) if the batch marks the curve as
+    /// unfit, or in one of these cases:
     ///
-    /// - Two neighbouring vertices lie at one place, where a tangent is needed.
-    /// - The curve is closed and has fewer than three vertices.
+    /// - Two neighbouring vertices coincide, so that their edge has no tangent.
+    /// - The curve is closed and has one or two vertices.
     /// - Its data points do not fit its vertices.
     ///
     /// ```
@@ -35,7 +35,8 @@ impl Energy {
     ///
     /// # Errors
     /// - A weight that is negative or not finite, or an exponent below 1.
-    /// - A custom energy of no or too many edges.
+    /// - A custom energy of no edges or too many.
+    /// - Geodesic bending, which needs a surface.
     /// - An attachment without targets, or with targets of another dimension or number of curves.
     /// - A torsion curvature that is not positive.
     /// - A direction whose length is not that of the coordinates.

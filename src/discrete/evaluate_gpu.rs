@@ -17,12 +17,12 @@ use crate::precision::Precision;
 /// Threads in a workgroup.
 pub(crate) const GROUP: usize = 64;
 
-/// Vertices that a thread walks over.
+/// Vertices per thread.
 ///
-/// Up to three more are computed twice.
+/// The kernel computes up to three more twice.
 const BLOCK_VERTICES: usize = 32;
 
-/// The order of the regularisation that is evaluated.
+/// The order of the regularisation in evaluations.
 const REGULARISATION: usize = 2;
 
 /// `EvaluateParams` of `evaluate.wgsl`.
@@ -60,8 +60,8 @@ pub(crate) fn evaluate_kernel(composition: &Composition, entry: &'static str, pr
     KernelKey { path: "discrete/evaluate.wgsl", entry, precision, definitions }
 }
 
-/// Some forms of the kernels: each energy by itself, some exponents, all energies together, and a
-/// user's energy.
+/// Some variants of the kernels: each energy by itself, some exponents, all energies together, and
+/// a custom energy.
 pub(crate) fn evaluate_kernels(precision: Precision) -> Vec<KernelKey> {
     let named = || Energy::NAMES.iter().filter_map(|name| Energy::named(name)).filter(|energy| !energy.is_geodesic());
     let all = named().fold(bending(3.0), |sum, energy| sum + energy);
@@ -74,7 +74,7 @@ pub(crate) fn evaluate_kernels(precision: Precision) -> Vec<KernelKey> {
             keys.extend(["value", "slope", "gradient", "hessian"].map(|e| evaluate_kernel(&composition, e, precision)));
         }
     }
-    // A user's energy, and the toy energy, which is in the list for tests alone.
+    // A custom energy, and the toy energy, which is in the list for tests only.
     let mut composition = Composition::of(&bending(2.0), 0, 2, precision).expect("built in");
     for (k, name, from, text) in [(1, "own", "WGSL", OWN), (2, "toy", "FILE", "discrete/energy/toy.wgsl")] {
         let own = [("NAME", name), ("EDGES", "2"), ("WEIGHT", "0"), (from, text)];
@@ -84,12 +84,12 @@ pub(crate) fn evaluate_kernels(precision: Precision) -> Vec<KernelKey> {
     keys
 }
 
-/// A user's energy for the tests of shaders.
+/// A custom energy for the tests of shaders.
 const OWN: &str = "fn own_value(w: Window) -> real { return w.s0; }
 fn own_gradient(w: Window) -> Partials { var p = Partials(); p.value = w.s0; p.s0 = real(1); return p; }
 fn own_hessian(w: Window) -> SecondPartials { return SecondPartials(); }";
 
-/// Evaluates an energy at curves, each divided by half its largest extent.
+/// Evaluates an energy at curves on a GPU. Each curve is divided by half its largest extent.
 ///
 /// # Errors
 /// [`Error::Argument`] for an energy that cannot be compiled into a kernel. [`Error::Limit`] for a
@@ -128,9 +128,9 @@ struct Job<'a, const D: usize> {
     composition: Composition,
 }
 
-/// Half the largest extent of a curve, or 1 where the extent is 0.
+/// Half the largest extent of a curve, or 1 if the extent is 0.
 ///
-/// A device computes in this unit.
+/// The device computes in this unit.
 fn size<const D: usize>(points: &[Vector<f64, D>]) -> f64 {
     let size = 0.5 * Bounds::of(points.iter().copied()).size();
     if size > 0.0 && size.is_finite() { size } else { 1.0 }
@@ -167,7 +167,7 @@ impl<const D: usize> Job<'_, D> {
         let points: usize = self.chunk(chunk).map(|(_, curve)| curve.points.len()).sum();
         let mut table = Vec::with_capacity(chunk.len());
         let mut weights = Vec::with_capacity(chunk.len() * width);
-        // Differences are taken here in f64. The device never gets a coordinate.
+        // The host takes differences in f64, so the device never gets a coordinate.
         let edge_numbers = D + 1 + usize::from(energy.is_taut());
         let mut edges = vec![0.0; points * edge_numbers];
         let mut offsets = vec![0.0; if energy.is_attached() { points * (D + 1) } else { 0 }];

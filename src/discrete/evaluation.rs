@@ -1,4 +1,4 @@
-//! Energies, gradients and Hessians of given curves.
+//! The energy, gradient and Hessian of given curves.
 //!
 //! Nothing is fitted. The points of a batch are the vertices.
 
@@ -14,7 +14,7 @@ use crate::parallel;
 use crate::sort;
 use crate::status::CurveStatus;
 
-/// Curves side by side on the CPU, as many as one AVX2 register holds f64 numbers.
+/// Curves evaluated side by side on the CPU: as many as an AVX2 register holds f64 numbers.
 const LANES: usize = 4;
 
 /// The options of an evaluation.
@@ -27,8 +27,8 @@ pub struct Evaluate<'a> {
     /// The data points of [`attachment`](super::attachment), with their weights, and of
     /// [`tautness`](super::tautness), for each curve.
     ///
-    /// Others need none. A curve whose edges are N times the spans between its data
-    /// points has data point k at vertex k N.
+    /// Other energies need none. If a curve has N times as many edges as its data points have
+    /// spans, data point k is at vertex k N.
     pub targets: Option<&'a CurveBatch>,
     /// ε of [`torsion`](super::torsion), a curvature in 1/length.
     ///
@@ -46,22 +46,22 @@ pub struct Evaluate<'a> {
 #[derive(Clone, Copy, Debug, Default)]
 #[non_exhaustive]
 pub enum Want<'a> {
-    /// The value alone.
+    /// The value only.
     Value,
     /// The value, and the derivative along this direction.
     ///
-    /// Its layout is that of the batch's coordinates.
+    /// The direction has the layout of the batch's coordinates.
     Slope(&'a [f64]),
     /// The value and the gradient.
     #[default]
     Gradient,
     /// The value, the gradient, and the Hessian as a full matrix.
     Hessian,
-    /// The value, the gradient, and the blocks of the Hessian that are not 0.
+    /// The value, the gradient, and the nonzero blocks of the Hessian.
     Blocks,
 }
 
-/// The regularisation that keeps edges between data points equal.
+/// The regularisation that makes edges between data points equally long.
 #[derive(Clone, Copy, Debug)]
 pub struct SpacingRegularisation<'a> {
     /// The weight of the regularisation for every curve.
@@ -72,31 +72,24 @@ pub struct SpacingRegularisation<'a> {
 
 /// The value and derivatives of an energy at one curve.
 ///
-/// What was not asked for is empty, and the slope is then 0.
+/// Derivatives that were not requested are empty, and the slope is then 0. If there is a
+/// [`problem`](Self::problem), the requested numbers are NaN.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Evaluation {
     /// The weighted sum of energies.
-    ///
-    /// NaN where there is a problem.
     pub value: f64,
     /// The derivative along the direction.
-    ///
-    /// NaN where there is a problem.
     pub slope: f64,
-    /// The derivatives by the coordinates of the vertices, in the batch's order.
-    ///
-    /// NaN where there is a problem.
+    /// The derivatives with respect to the coordinates of the vertices, in the batch's order.
     pub gradient: Vec<f64>,
     /// The second derivatives.
     ///
-    /// NaN where there is a problem.
-    ///
-    /// With [`Want::Hessian`] this is the full matrix, row after row. It has as many rows and
-    /// columns as the gradient has entries.
+    /// With [`Want::Hessian`] this is the full matrix, row by row. It has as many rows and columns
+    /// as the gradient has entries.
     ///
     /// With [`Want::Blocks`] there are [`MOST_EDGES`](super::MOST_EDGES) + 1 blocks of D × D
-    /// numbers for each vertex, each row after row. The first block couples the vertex with itself.
-    /// The others couple it with its next vertices, modulo the number of vertices of a closed
+    /// numbers for each vertex, each row by row. The first block couples the vertex with itself.
+    /// The others couple it with the next vertices, modulo the number of vertices of a closed
     /// curve.
     pub hessian: Vec<f64>,
     /// Why there is no value.
@@ -126,11 +119,12 @@ pub(super) struct PreparedCurve<'a, const D: usize> {
     pub i: usize,
     pub points: &'a [Vector<f64, D>],
     pub base: Vec<Vector<f64, D>>,
-    /// The vertices with data points, the data points and their weights.
+    /// The vertex index, the position and the weight of every data point.
     pub attached: Vec<(usize, Vector<f64, D>, f64)>,
     /// ε of torsion.
     pub torsion_curvature: f64,
-    /// 1/w² of every edge, with w the width of its span; empty where the energy does not ask for it.
+    /// 1/w² of every edge, where w is the width of its span; empty if the energy contains no
+    /// tautness.
     pub taut: Vec<f64>,
 }
 
@@ -153,7 +147,8 @@ impl<'a> Evaluating<'a> {
         Ok(PreparedCurve { i, points, taut, base, attached, torsion_curvature })
     }
 
-    /// 1/w² of every edge of curve `i`: its spans lie between the data points, or else between vertices.
+    /// 1/w² of every edge of curve `i`. Spans lie between the data points, or without targets
+    /// between the vertices.
     fn taut<const D: usize>(&self, i: usize, data: &[(usize, Vector<f64, D>, f64)], edges: usize) -> Vec<f64> {
         let vertices = self.batch.points(i).as_chunks::<D>().0.iter().copied();
         let (points, rows): (Vec<_>, Vec<usize>) = match self.options.targets {
@@ -210,9 +205,8 @@ impl<'a> Evaluating<'a> {
     }
 
     pub(super) fn on_cpu<const D: usize>(&self, curves: &[&PreparedCurve<'_, D>]) -> Vec<Evaluation> {
-        // Curves with the same number of edges undergo the same operations, and no lane is idle.
-        // The cost of a curve with a Hessian is mostly that of the Hessian, so those curves go
-        // alone.
+        // Curves with the same number of edges share lanes, so that no lane is idle. A Hessian
+        // dominates the cost of its curve, so a curve with a Hessian is alone.
         let kind = |k: usize| (self.batch.is_closed(curves[k].i), curves[k].points.len());
         let order = sort::order(curves.len(), &|j, k| kind(j).cmp(&kind(k)));
         let lanes = if self.options.want.has_hessian() { 1 } else { LANES };
@@ -262,7 +256,7 @@ impl<'a> Evaluating<'a> {
         if let Some((order, weights)) = regularisation {
             values += edges.add_regularisation(order, weights);
         }
-        // Hessians are large, so their curves come alone.
+        // Hessians are large, so curves with Hessians are alone.
         let mut blocks = (S::LANES == 1 && self.options.want.has_hessian()).then(|| BlockHessian::new(&edges));
         if let Some(blocks) = &mut blocks {
             let terms = self.energy.terms().iter().map(|(weight, functional)| (S::of(*weight), functional));
@@ -329,9 +323,7 @@ fn degenerate(message: String) -> Unfitted {
     Unfitted { status: CurveStatus::Degenerate, message }
 }
 
-/// The edges of curve i.
-///
-/// All have positive length.
+/// The edges of curve `i`, all of positive length.
 fn edges<const D: usize>(
     batch: &CurveBatch,
     i: usize,
@@ -359,7 +351,7 @@ fn edges<const D: usize>(
     Ok(base)
 }
 
-/// The vertices with data points, the data points and their weights.
+/// The vertex index, the position and the weight of every data point.
 fn attached<const D: usize>(
     batch: &CurveBatch,
     targets: &CurveBatch,

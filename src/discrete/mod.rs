@@ -1,49 +1,57 @@
-//! Discrete fair curves by Sobolev gradients: polygons of many vertices with the least energy.
+//! Discrete fair curves: polygons with many vertices and the least energy, by Newton's method in a
+//! Sobolev metric.
 //!
 //! The polygons pass through their data points, or are attached to them.
 //!
 //! ```text
-//! CurveBatch ─ setup ─► Problem: base edges, pins, weights at size 1 ─ descent ─► displacements ─► FairCurves + reports
-//!              spline      one a curve                   CPU lanes │ GPU kernel
+//! CurveBatch ─ setup ─► Problem ─ descent ─► displacements ─► FairCurves + reports
+//!              spline             CPU lanes │ GPU kernel
 //! ```
 //!
-//! - [`Fair`] is the method. It has an [`Energy`], a number of edges a span, and points that are
+//! - [`Fair`] is the method. It has an [`Energy`], a number of edges per span, and points that are
 //!   pinned. [`Energy::evaluate`] gives values, gradients and Hessians of given curves.
 //! - An energy is a sum of terms over the tangents and lengths of one, two or three consecutive
-//!   edges. [Energies of your own](Energy::custom) take part in the same way, on a GPU too.
-//! - Curves descend by Newton's method, (H + λL) p = −g. The regularisation keeps edges between data points
-//!   equal, and does not change the shape. With it the Hessian H is regular at a minimum, and three
-//!   steps suffice. L is the Sobolev inner product of the energy's order. λ grows from 0 where H is
-//!   indefinite or a step fails. The decrement √(−g·p) says when it is enough.
-//! - A strategy is an `async fn` for one curve: it asks the queue for a descent and goes on with the outcome. Only the
-//!   queue knows that there are many curves.
+//!   edges. [Custom energies](Energy::custom) work in the same way, on a GPU too.
+//! - A `Problem` is one curve at size 1: base edges, pins and weights.
+//! - Curves descend by Newton's method, (H + λL) p = −g. The regularisation makes edges between
+//!   data points equally long, and does not change the shape. With it the Hessian H is regular at a
+//!   minimum, and three steps suffice. L is the Sobolev inner product of the energy's order.
+//!   λ grows from 0 where H is indefinite or a step fails. A descent converges when the decrement
+//!   √(−g·p) is small.
 //! - Sobolev gradients L⁻¹g are the other way to descend ([`Solver`]). An ordinary gradient has two
 //!   derivatives fewer than the curve for every order of the energy, so steps along it are of the
 //!   size of the finest edge. In the inner product of the energy's order the number of steps does
 //!   not depend on the number of vertices.
-//! - With [`Fair::deviation`] curves pass near their points. They are as fair as the largest
+//! - The strategy for one curve is an `async fn`, which sends descents to the queue and awaits
+//!   their outcomes. Only the queue handles many curves at once.
+//! - With [`Fair::deviation`] curves pass near their points, and are as fair as the largest
 //!   deviation allows.
-//! - With [`Fair::limits`] curves keep a largest curvature, turn only to the side to which their points turn, go on in a
-//!   direction, stay within a corridor and other regions, or are no longer than a bound.
-//! - With [`Fair::surface`] curves lie in a surface. There [`geodesic_bending`] makes elastic curves and geodesics.
+//! - With [`Fair::limits`] curves satisfy limits on the curvature, its sign, the direction, the
+//!   position or the length.
+//! - With [`Fair::surface`] curves lie in a surface. There [`geodesic_bending`] gives elastic
+//!   curves and geodesics.
 //! - With [`Fair::corners`] curves are cut where their points turn sharply.
 //!
 //! | file | holds |
 //! |---|---|
 //! | `fair`, `limits` | options |
-//! | `division`, `setup`, `constrain`, `corners`, `flat`, `near`, `starts` | from data points to problems |
-//! | `edges`, `energy`, `enclosed`, `hessian`, `newton`, `sobolev`, `within` | an energy, its derivatives and the systems of a step |
-//! | `lane`, `damped`, `descent` | descents side by side |
+//! | `division`, `setup`, `constrain` | from data points to problems |
+//! | `near`, `starts` | starts other than the natural spline |
+//! | `corners`, `flat` | curves cut at corners, planar curves in space |
+//! | `edges`, `energy`, `enclosed` | energies and their gradients |
+//! | `hessian`, `newton`, `sobolev`, `within` | Hessians and linear systems |
+//! | `lane`, `damped`, `descent` | descents in lanes |
 //! | `problem`, `descent_gpu` | descents of many problems, on the CPU and on a GPU |
-//! | `queue` | what curves ask for |
-//! | `continuation`, `fallback`, `minimise` | the way of a curve to a minimum |
-//! | `self_intersections`, `restarts` | minima that do not cross themselves, and the cheapest of several |
-//! | `multipliers`, `limit_multipliers`, `region_constraints`, `stretch`, `area`, `disc` | constraints |
-//! | `limited`, `deviation`, `separation` | curves within limits, near their points, apart from each other |
-//! | `pieces`, `fit` | a batch from its options to its reports |
+//! | `queue` | the descents that curves wait for |
+//! | `continuation`, `fallback`, `minimise` | how one curve reaches a minimum |
+//! | `self_intersections`, `restarts` | minima without self-intersections, the best of several |
+//! | `multipliers`, `limit_multipliers`, `region_constraints`, `disc` | constraints at vertices |
+//! | `stretch`, `area` | constraints on whole curves |
+//! | `limited`, `deviation`, `separation` | curves within limits, near their points, not crossing |
+//! | `pieces`, `fit` | a batch, from its options to its reports |
 //!
-//! The start comes from the spline module. It is the natural spline through the points. For a
-//! deviation the λ of the smoothing spline is the first guess of a weight.
+//! The start comes from the spline module: the natural spline through the points or, with a
+//! deviation, the smoothing spline that keeps it.
 //!
 //! Sources:
 //!
@@ -51,9 +59,10 @@
 //! - R. J. Renka, *Algorithm 828: DNSPLIN1*, ACM TOMS 29 (2003)
 //! - R. J. Renka, *Constructing fair curves and surfaces with a Sobolev gradient method*, CAGD 21
 //!   (2004)
-//! - R. J. Renka, *A Sobolev gradient method for construction of elastic curves in regular surfaces*, Nonlinear Analysis 63
-//!   (2005)
-//! - A. Linnér and R. J. Renka, *Discrete periodic geodesics in a surface*, Experimental Mathematics 14 (2005)
+//! - R. J. Renka, *A Sobolev gradient method for construction of elastic curves in regular
+//!   surfaces*, Nonlinear Analysis 63 (2005)
+//! - A. Linnér and R. J. Renka, *Discrete periodic geodesics in a surface*, Experimental
+//!   Mathematics 14 (2005)
 
 mod area;
 mod block;
