@@ -1,4 +1,4 @@
-//! Blocks of a Hessian: D × D matrices of two edges or two vertices.
+//! Blocks of a Hessian: D × D matrices for two edges or two vertices.
 
 // Loops over coordinates by index match the formulas, and stay within code for wide registers.
 #![allow(clippy::needless_range_loop)]
@@ -7,10 +7,10 @@ use super::energy::{Partials, SecondPartials};
 use crate::linalg::Scalar;
 use crate::linalg::scalar::{Vector, dot, scale};
 
-/// A D × D matrix, row after row.
+/// A D × D matrix, row by row.
 pub(crate) type Block<S, const D: usize> = [Vector<S, D>; D];
 
-/// The block of the edges j and k, from second derivatives by tangents and lengths.
+/// The block of the edges j and k, from second derivatives with respect to tangents and lengths.
 #[inline(always)]
 pub(super) fn pair<S: Scalar, const D: usize, const W: usize>(
     tangent: &[Vector<S, D>; W],
@@ -57,7 +57,8 @@ pub(super) fn outer<S: Scalar, const D: usize>(x: S, t: Vector<S, D>, u: Vector<
     block
 }
 
-/// Adds `isotropic` (I − T Tᵀ), which a derivative by the length of an edge adds.
+/// Adds `isotropic` (I − T Tᵀ), the contribution of a first derivative with respect to the length
+/// of an edge.
 #[inline(always)]
 pub(super) fn add_curvature_of_length<S: Scalar, const D: usize>(
     block: &mut Block<S, D>,
@@ -72,7 +73,8 @@ pub(super) fn add_curvature_of_length<S: Scalar, const D: usize>(
     }
 }
 
-/// Adds the part that comes from the second derivatives of tangent and length by the edge j.
+/// Adds the contribution of the second derivatives of tangent and length with respect to the edge
+/// j.
 #[inline(always)]
 pub(super) fn add_curvature_of_edge<S: Scalar, const D: usize, const W: usize>(
     block: &mut Block<S, D>,

@@ -1,6 +1,7 @@
-//! Newton's method damped in the Sobolev metric: one trial of (H + λL) p = −g a tick, until the decrement √(−g·p) is small.
+//! Newton's method damped in the Sobolev metric: one trial of (H + λL) p = −g per tick, until the
+//! decrement √(−g·p) is small.
 //!
-//! For [Sobolev gradients](Solver::Sobolev) L is in the place of H.
+//! [Sobolev gradients](Solver::Sobolev) have L in place of H.
 
 use super::descent::Descent;
 use super::lane::TerminationStatus;
@@ -12,7 +13,7 @@ use crate::linalg::{Scalar, operation};
 impl<S: Scalar, const D: usize> Descent<'_, S, D> {
     /// Storage for the systems of [`tick`](Self::tick).
     ///
-    /// What other curves have left in `kept` is used again.
+    /// It reuses `kept`, the storage of earlier curves, if it fits.
     pub(super) fn newton<'n>(&self, kept: &'n mut Option<Newton<S, D>>) -> &'n mut Newton<S, D> {
         let (plan, in_surfaces) = (self.plan, self.within.is_some());
         match kept.take().filter(|kept| kept.is_for(plan, in_surfaces)) {
@@ -24,12 +25,12 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         }
     }
 
-    /// One trial of every lane, once the descent has [begun](Self::begin).
+    /// Makes one trial in every lane, after [`begin`](Self::begin).
     pub(super) fn tick(&mut self, newton: &mut Newton<S, D>) {
         let (smallest, slope) = self.newton_direction(newton);
-        // An edge may change too much.
+        // Limits the change of every edge.
         let most = self.edges.most_step(&self.p);
-        // 1 where there is a trial.
+        // 1 in lanes with a trial.
         let (mut tried, mut alpha) = (S::ZERO, S::ZERO);
         for (l, lane) in self.lanes.iter_mut().enumerate() {
             let step = lane.alpha(most.lane(l));
@@ -54,7 +55,8 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
                 alpha: alpha.lane(l),
             };
             let verdict = lane.judge(&trial);
-            // Rounding decides whether the last step is taken, and not on the count.
+            // Rounding may decide whether the last step is accepted, so the count does not depend
+            // on it.
             lane.iterations +=
                 u32::from(verdict == Verdict::Accept || lane.termination == TerminationStatus::Converged);
             if verdict == Verdict::Accept {
@@ -67,7 +69,7 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         }
     }
 
-    /// Adds the second derivatives of what holds the vertices.
+    /// Adds the second derivatives of the anchors and the region penalties.
     #[inline(always)]
     fn add_anchors(&self, newton: &mut Newton<S, D>) {
         for (row, (target, anchor)) in self.anchors.iter().enumerate() {
@@ -80,7 +82,7 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
         }
     }
 
-    /// Computes p for the curves as they stand, and returns the smallest pivot of each lane and g·p.
+    /// Computes p at the current curves, and returns the smallest pivot of each lane and g·p.
     pub(super) fn newton_direction(&mut self, newton: &mut Newton<S, D>) -> (S, S) {
         let mut lambda = S::ZERO;
         for (l, lane) in self.lanes.iter().enumerate() {
@@ -113,7 +115,7 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
 }
 
 impl<S: Scalar, const D: usize> Descent<'_, S, D> {
-    /// Turns p about, and returns g·p.
+    /// Negates p, and returns g·p.
     #[inline(always)]
     fn turn_about(&mut self) -> S {
         let mut slope = S::ZERO;
@@ -126,7 +128,7 @@ impl<S: Scalar, const D: usize> Descent<'_, S, D> {
 }
 
 impl<S: Scalar, const D: usize> Descent<'_, S, D> {
-    /// Adds the second derivatives of the area's term, but for ρ ∇A∇Aᵀ.
+    /// Adds the second derivatives of the area's term, except for ρ ∇A∇Aᵀ.
     fn enclose(&self, newton: &mut Newton<S, D>) {
         let block = self.edges.enclosing_block(self.enclosing);
         for j in 0..self.edges.windows::<1>() {

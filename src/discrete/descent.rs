@@ -1,8 +1,8 @@
-//! [`Descent`]: curves that descend an energy, with one curve a lane and one trial a tick.
+//! [`Descent`]: curves that descend an energy, one curve per lane and one trial per tick.
 //!
-//! A tick evaluates the energy and its gradient at u + αp, where p is the direction of
-//! [`damped`](super::damped). Lanes that have ended stay as they are. A lane holds everything its
-//! curve needs to go on, so a descent can be stopped after any tick and resumed.
+//! A tick evaluates the energy and its gradient at u + αp, where [`damped`](super::damped) gives
+//! the direction p. Lanes that have ended do not change. A lane holds the whole state of its
+//! descent, so a descent can stop after any tick and resume.
 
 use super::edges::Edges;
 use super::enclosed::Enclosing;
@@ -18,7 +18,7 @@ use crate::linalg::{Real, Scalar, operation};
 pub(crate) struct Descent<'a, S: Scalar, const D: usize> {
     pub plan: Plan,
     pub edges: Edges<S, D>,
-    /// 1 where a vertex may move, else 0. One entry a row.
+    /// For each vertex 1 if it may move, else 0.
     pub movable: Vec<S>,
     pub weights: Weights<S>,
     /// Functionals and their weights.
@@ -26,17 +26,17 @@ pub(crate) struct Descent<'a, S: Scalar, const D: usize> {
     /// Weights differ from lane to lane, because curves are normalised.
     pub terms: Vec<(S, &'a Functional)>,
     pub regularisation: S,
-    /// The displacement of the data point of each attached vertex, and what holds it there.
+    /// The displacement of each vertex's data point, and the anchor that holds the vertex there.
     pub anchors: Vec<(Vector<S, D>, Anchor<S, D>)>,
     /// The region penalties of the vertices, one per layer.
     pub regions: Vec<Vec<RegionPenalty<S, D>>>,
-    /// What keeps the area that planar curves enclose.
+    /// The term that keeps the area of planar curves.
     pub enclosing: Enclosing<S>,
-    /// Whether that is asked of any.
+    /// Whether any lane has that term.
     pub is_enclosing: bool,
     /// The surface that the curves lie in.
     pub within: Option<Within<S, D>>,
-    /// λ is never less: 0, but where curves may slide along themselves.
+    /// The smallest λ: 0, except where curves may slide along themselves.
     pub least_damping: S,
     pub u: Vec<Vector<S, D>>,
     pub(super) x: Vec<Vector<S, D>>,
@@ -87,7 +87,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         self.lanes.iter().any(|lane| lane.termination == TerminationStatus::Running)
     }
 
-    /// The energy of the curves as they stand, without the regularisation.
+    /// The energy of the current curves, without the regularisation.
     pub fn energy_without_regularisation(&mut self) -> S {
         self.x.copy_from_slice(&self.u);
         self.edges.place(&self.u);
@@ -108,7 +108,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         energy
     }
 
-    /// Evaluates the curves that have not been evaluated yet as they stand.
+    /// Evaluates the curves that have not been evaluated yet.
     pub fn begin(&mut self) {
         self.advance(S::ZERO);
         let (energy, _, length) = self.evaluate();
@@ -122,7 +122,8 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         self.take(accepted);
     }
 
-    /// Replaces the curve of a lane by another at its base, for which everything but its edges and weights is the same.
+    /// Replaces the curve of a lane by another at its base. Both differ in their edges and weights
+    /// only.
     pub fn replace(&mut self, l: usize, weights: &[f64], [highest, regularisation]: [f64; 2], bounds: &Bounds) {
         for ((term, _), weight) in self.terms.iter_mut().zip(weights) {
             term.set_lane(l, number::<S>(*weight));
@@ -153,7 +154,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         slope
     }
 
-    /// Moves x back to the surface, if curves lie in one.
+    /// Moves x back to the surface, if the curves lie in one.
     #[inline(always)]
     pub(super) fn retract(&mut self) {
         if const { D == 3 }
@@ -189,9 +190,10 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         S::run(Complete { descent: self, energy })
     }
 
-    /// Completes an evaluation from the energies of edges.
+    /// Completes an evaluation, given the energy of the edges.
     ///
-    /// Computes the gradient at the vertices, the energy of what holds them, and the slope along p.
+    /// Computes the gradient at the vertices, the energy of anchors and region penalties, and the
+    /// slope along p.
     #[inline(always)]
     fn complete(&mut self, mut energy: S) -> (S, S, S) {
         self.edges.gradient(&self.movable, &mut self.trial);
@@ -211,9 +213,9 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         (energy, slope, self.edges.total_length())
     }
 
-    /// The energy of what holds the vertices.
+    /// The energy of the anchors.
     ///
-    /// Its gradient is added to `trial`.
+    /// Adds its gradient to `trial`.
     #[inline(always)]
     fn attach(&mut self) -> S {
         let mut energy = S::ZERO;
@@ -227,7 +229,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
 
     /// The energy of the region penalties.
     ///
-    /// Its gradient is added to `trial`.
+    /// Adds its gradient to `trial`.
     #[inline(always)]
     fn region_in(&mut self) -> S {
         let mut energy = S::ZERO;
@@ -240,7 +242,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         energy
     }
 
-    /// Takes the step and its gradient where `accepted` is 1.
+    /// Accepts the step and its gradient in lanes where `accepted` is 1.
     pub(super) fn take(&mut self, accepted: S) {
         let squares = S::run(Take { descent: self, accepted });
         for (l, lane) in self.lanes.iter_mut().enumerate() {
@@ -266,7 +268,7 @@ impl<'a, S: Scalar, const D: usize> Descent<'a, S, D> {
         squares
     }
 
-    /// The coordinates of a lane's displacements, vertex after vertex.
+    /// The displacements of a lane, vertex by vertex.
     pub fn displacements(&self, l: usize) -> Vec<Vector<f64, D>> {
         let count = self.edges.counts()[l] + usize::from(!self.edges.is_closed());
         self.u[..count].iter().map(|u| std::array::from_fn(|c| u[c].lane(l).to_f64())).collect()
@@ -288,7 +290,7 @@ operation! {
     Take<'d, 'a, S: Scalar; D> { descent: &'d mut Descent<'a, S, D>, accepted: S } -> S { descent.take_inlined(accepted) }
 }
 
-/// One vector where `accepted` is 1, else the other.
+/// `new` where `accepted` is 1, else `old`.
 #[inline(always)]
 fn taken<S: Scalar, const D: usize>(accepted: S, new: Vector<S, D>, old: Vector<S, D>) -> Vector<S, D> {
     let mut taken = new;

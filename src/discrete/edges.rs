@@ -1,13 +1,14 @@
-//! [`Edges`]: the edges of discrete curves side by side.
+//! [`Edges`]: the edges of discrete curves, one curve per lane.
 //!
-//! The energies are summed over them. Partial derivatives by tangents and lengths become the
-//! gradient at the vertices.
+//! Energies are summed over the edges. The chain rule turns partial derivatives with respect to
+//! tangents and lengths into the gradient at the vertices.
 //!
 //! Edge j of an open curve of m edges leads from vertex j to vertex j + 1. A closed curve has as
 //! many vertices as edges, and its last edge leads back to vertex 0.
 //!
-//! Vertices are kept as displacements u from a base. Edges are those of the base plus differences
-//! of displacements. Small changes of a curve far from the origin therefore keep all their digits.
+//! Vertices are stored as displacements u from a base. An edge is the edge of the base plus a
+//! difference of displacements, so small changes of a curve far from the origin keep all their
+//! digits.
 
 // Loops over coordinates and lanes by index match the formulas.
 #![allow(clippy::needless_range_loop)]
@@ -20,13 +21,13 @@ use crate::linalg::{Scalar, operation};
 
 /// No edge changes by more than this fraction of its length in a step.
 ///
-/// It is less than 1, so that no edge turns over or vanishes.
-// Not in the kernel: it stands in descent.wgsl, since sweeps are included several times.
+/// It is less than 1, so that no edge reverses or vanishes.
+// Not in the kernel: it is in descent.wgsl, because kernels include sweeps several times.
 const MOST_OF_AN_EDGE: f64 = 0.5;
 
-/// The edges of one curve, or of one curve a lane.
+/// The edges of one curve, or of one curve per lane.
 ///
-/// Lanes with fewer edges than others end in unit edges that do not count.
+/// Lanes with fewer edges than others are padded with unit edges that do not count.
 #[derive(Clone, Debug)]
 pub(crate) struct Edges<S, const D: usize> {
     closed: bool,
@@ -35,21 +36,17 @@ pub(crate) struct Edges<S, const D: usize> {
     most: usize,
     segments: S,
     torsion_curvature: S,
-    /// Edges of the base.
-    ///
-    /// Where a lane has none they are unit edges.
+    /// Edges of the base, unit edges where a lane has none.
     base: Vec<Vector<S, D>>,
     /// 1 where a lane has the edge, else 0.
     exists: Vec<S>,
-    /// The regularisation's factor at the vertex between this edge and the next.
-    ///
-    /// It is 0 at a data point.
+    /// The factor c of the regularisation at the vertex between this edge and the next; 0 at a data
+    /// point.
     free: Vec<S>,
-    /// 1/w² for the width w of the span that the edge lies in: 1, or the value from
-    /// [`Self::set_taut`].
+    /// 1/w², where w is the width of the edge's span: 1, or the value from [`Self::set_taut`].
     taut: Vec<S>,
-    /// How much of the turn between this edge and the next counts where terms stand [for ends](Term::AT_ENDS) too; empty
-    /// where they do not.
+    /// The weight of the turn between this edge and the next, if terms cover
+    /// [the ends](Term::AT_ENDS) too; else empty.
     turns: Vec<S>,
     /// The penalties of every kind at the vertex between this edge and the next.
     ///
@@ -65,13 +62,13 @@ pub(crate) struct Edges<S, const D: usize> {
 impl<S: Scalar, const D: usize> Edges<S, D> {
     /// The edges of curves that are all open or all closed.
     ///
-    /// Lane l has the edges `bases[l]`, at least 3 for closed curves. `free(l, j)` is the factor of
-    /// differences of lengths in the regularisation at vertex j, 0 at data points.
+    /// Lane l has the edges `bases[l]`, at least 3 for closed curves. `free(l, j)` is the factor c
+    /// of the regularisation at vertex j, 0 at data points.
     pub fn new(closed: bool, bases: &[&[Vector<f64, D>]], free: impl Fn(usize, usize) -> f64) -> Self {
         let counts: Vec<usize> = bases.iter().map(|base| base.len()).collect();
         let most = counts.iter().copied().max().unwrap_or(0);
-        // Closed curves repeat as many of their first edges as a term sees, less one. Open curves
-        // have spare rows, so that short ones need no case of their own.
+        // Closed curves repeat their first MOST_EDGES − 1 edges. Open curves have as many spare
+        // rows, so that short curves need no special case.
         let rows = most + MOST_EDGES - 1;
         let mut unit = [S::ZERO; D];
         unit[0] = S::ONE;
@@ -101,7 +98,8 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         edges
     }
 
-    /// Lays the edges of a curve into a lane whose curve has as many, with the factor of the regularisation at each vertex.
+    /// Replaces a lane's curve by one with the same number of edges. `free(j)` is the factor c of
+    /// the regularisation at vertex j.
     pub fn lay(&mut self, lane: usize, base: &[Vector<f64, D>], free: impl Fn(usize) -> f64) {
         for (j, edge) in base.iter().enumerate() {
             (0..D).for_each(|c| self.base[j][c].set_lane(lane, number::<S>(edge[c])));
@@ -113,17 +111,17 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
 
     /// Sets ε of torsion in a lane, a curvature.
     ///
-    /// The default is that of a curve of size 1.
+    /// The default is for a curve of size 1.
     pub fn set_torsion_curvature(&mut self, lane: usize, curvature: f64) {
         self.torsion_curvature.set_lane(lane, number::<S>(curvature));
     }
 
-    /// Sets 1/w² of a lane's edges, with w the width of the span that the edge lies in.
+    /// Sets 1/w² of a lane's edges, where w is the width of the edge's span.
     pub fn set_taut(&mut self, lane: usize, taut: &[f64]) {
         taut.iter().enumerate().for_each(|(j, x)| self.taut[j].set_lane(lane, number::<S>(*x)));
     }
 
-    /// Lets terms stand [for free ends](Term::AT_ENDS) too.
+    /// Makes terms cover [free ends](Term::AT_ENDS) too.
     pub fn stand_for_ends(&mut self) {
         if self.closed {
             return;
@@ -131,8 +129,8 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         self.turns = (0..self.windows::<2>()).map(|j| self.starts::<2>(j) + S::of(0.5) * self.free_ends(j)).collect();
     }
 
-    /// The number of ends of an open lane that the window of two edges from edge j touches, without those whose tangent a
-    /// [short edge](super::constrain) gives.
+    /// The number of free ends of an open lane that the window of two edges from edge j touches. An
+    /// end is not free if a [short edge](super::constrain) gives its tangent.
     fn free_ends(&self, j: usize) -> S {
         let length = |edge: &Vector<S, D>| dot(*edge, *edge).sqrt();
         let (s, t) = (length(&self.base[j]), length(&self.base[j + 1]));
@@ -140,7 +138,8 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         (shorter - S::of(SHORT_EDGE) * (s + t)).if_positive(self.ends(j), S::ZERO)
     }
 
-    /// Sets the penalties of every kind, for each vertex of a lane, where there are any.
+    /// Sets the penalties of every kind at each vertex of a lane. Kinds without penalties are
+    /// empty.
     pub fn set_penalties(&mut self, lane: usize, penalties: &[Vec<Penalty<f64>>; LIMIT_KINDS]) {
         let rows = self.free.len();
         for (own, penalties) in self.penalties.iter_mut().zip(penalties).filter(|(_, penalties)| !penalties.is_empty())
@@ -161,7 +160,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         if self.penalties[kind].is_empty() { Penalty::NONE } else { self.penalties[kind][j] }
     }
 
-    /// Copies the factors of a closed lane's first edges to the edges that repeat them.
+    /// Copies the factors c of a closed lane's first edges to the edges that repeat them.
     fn close_free(&mut self, lane: usize) {
         let count = self.counts[lane];
         for k in 0..if self.closed { MOST_EDGES - 1 } else { 0 } {
@@ -170,9 +169,9 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         }
     }
 
-    /// The number of rows of displacements: the most vertices of a lane.
+    /// The number of displacements: the largest number of vertices in a lane.
     ///
-    /// Closed curves have one row more, which repeats vertex 0.
+    /// Closed curves have one more, which repeats vertex 0.
     pub fn rows(&self) -> usize {
         self.most + 1
     }
@@ -196,7 +195,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         self.closed
     }
 
-    /// Copies the displacement of vertex 0 of a closed lane to the row that repeats it.
+    /// Copies the displacement of vertex 0 of a closed lane to the entry that repeats it.
     #[inline(always)]
     pub fn close(&self, u: &mut [Vector<S, D>]) {
         if self.closed {
@@ -252,7 +251,8 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         length
     }
 
-    /// The largest step along p for which no edge changes too much.
+    /// The largest step along p that changes no edge by more than [`MOST_OF_AN_EDGE`] of its
+    /// length.
     pub fn most_step(&self, p: &[Vector<S, D>]) -> S {
         S::run(MostStep { edges: self, p })
     }
@@ -284,7 +284,8 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         functional.visit(Summing { edges: self }).unwrap_or(S::ZERO)
     }
 
-    /// Adds weight · the regularisation of a kind, as [`Plan::regularisation`](super::plan::Plan::regularisation) has it.
+    /// Adds weight · the regularisation of a [kind](super::plan::Plan::regularisation) to the
+    /// partial derivatives, and returns its value.
     pub fn add_regularisation(&mut self, kind: usize, weight: S) -> S {
         match kind {
             0 | 1 => return S::run(Sweep { edges: self, weight, term: &DifferenceRegularisation }),
@@ -305,13 +306,13 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         value
     }
 
-    /// The distance between the curvatures at both ends of the edge after edge j.
+    /// The distance between the curvatures at both ends of edge j + 1.
     #[inline(always)]
     pub fn curvature_distance(&self, j: usize) -> CurvatureDistance<S> {
         CurvatureDistance::of([0, 1, 2].map(|k| self.length[j + k]))
     }
 
-    /// The window of W edges that starts at edge j, as a term sees it.
+    /// The window of W edges that starts at edge j, with what this term needs.
     #[inline(always)]
     pub fn window<T: Term<W>, const W: usize>(&self, term: &T, j: usize) -> Window<S, D, W> {
         let (mut tangent, mut length) = ([[S::ZERO; D]; W], [S::ZERO; W]);
@@ -332,25 +333,26 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         }
     }
 
-    /// The number of rows at which a window of W edges starts in some lane.
+    /// The number of windows of W edges in the longest lane.
     #[inline(always)]
     pub fn windows<const W: usize>(&self) -> usize {
         if self.closed { self.most } else { (self.most + 1).saturating_sub(W) }
     }
 
-    /// 1 where a window of W edges starts at row j, else 0.
+    /// 1 where a window of W edges starts at edge j, else 0.
     #[inline(always)]
     pub fn starts<const W: usize>(&self, j: usize) -> S {
         if self.closed { self.exists[j] } else { self.exists[j + W - 1] }
     }
 
-    /// The regularisation's factor at the vertex between the edges j and j + 1: 0 at a data point.
+    /// The factor c of the regularisation at the vertex between the edges j and j + 1: 0 at a data
+    /// point.
     #[inline(always)]
     pub fn free(&self, j: usize) -> S {
         self.free[j]
     }
 
-    /// 1 where a lane has at least three data points, else 0. The ends of an open lane are two.
+    /// 1 where a lane has at least three data points, else 0. The two ends of an open lane count.
     pub fn has_three_data_points(&self) -> S {
         let mut has = S::ZERO;
         for (lane, &count) in self.counts.iter().enumerate() {
@@ -373,7 +375,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         ends
     }
 
-    /// How much the term of the window of W edges from row j counts: 0 where none starts.
+    /// The weight of the window of W edges from edge j: 0 where none starts.
     #[inline(always)]
     pub fn share<T: Term<W>, const W: usize>(&self, j: usize) -> S {
         if T::AT_ENDS && !self.turns.is_empty() { self.turns[j] } else { self.starts::<W>(j) }
@@ -389,7 +391,8 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         value
     }
 
-    /// Adds what depends on the edges j and j + 1.
+    /// Adds weight · the derivatives with respect to the edges j and j + 1, and returns
+    /// weight · the value.
     #[inline(always)]
     pub fn scatter_both(&mut self, j: usize, weight: S, partials: &Partials<S, D, 2>) -> S {
         for k in 0..2 {
@@ -410,7 +413,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         weight * partials.value
     }
 
-    /// Adds a derivative by the edge e = Δs T.
+    /// Adds a derivative with respect to the edge e = Δs T.
     #[inline(always)]
     pub fn add_by_edge(&mut self, j: usize, by_edge: Vector<S, D>) {
         self.by_tangent[j] = add(self.by_tangent[j], scale(self.length[j], by_edge));
@@ -425,7 +428,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         let mut last = [S::ZERO; D];
         if self.closed {
             for (lane, &count) in self.counts.iter().enumerate() {
-                // From the last on, because the edges of a triangle may be repeated several times.
+                // Backwards, because the edges of a triangle may be repeated several times.
                 for k in (0..MOST_EDGES - 1).rev() {
                     let sum = self.by_length[k].lane(lane) + self.by_length[count + k].lane(lane);
                     self.by_length[k].set_lane(lane, sum);
@@ -448,7 +451,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         g[self.most] = scale(movable[self.most], last);
     }
 
-    /// The gradient by the edge e = Δs T: (I − T Tᵀ) ∂/∂T / Δs + T ∂/∂Δs.
+    /// The gradient with respect to the edge e = Δs T: (I − T Tᵀ) ∂/∂T / Δs + T ∂/∂Δs.
     #[inline(always)]
     fn edge_gradient(&self, j: usize) -> Vector<S, D> {
         let (t, by_tangent) = (self.tangent[j], self.by_tangent[j]);
@@ -467,7 +470,7 @@ operation! {
     MostStep<'a, S: Scalar; D> { edges: &'a Edges<S, D>, p: &'a [Vector<S, D>] } -> S { edges.most_step_inlined(p) }
 }
 
-/// [`Edges::add`] of a functional's term.
+/// [`Edges::add`] with one functional's term.
 struct Adding<'a, S, const D: usize> {
     edges: &'a mut Edges<S, D>,
     weight: S,
@@ -487,7 +490,7 @@ operation! {
         -> S { edges.sweep(weight, term) }
 }
 
-/// [`Edges::value`] of a functional's term.
+/// [`Edges::value`] with one functional's term.
 struct Summing<'a, S, const D: usize> {
     edges: &'a Edges<S, D>,
 }

@@ -1,14 +1,14 @@
-//! [`BlockHessian`]: second derivatives of a sum of energies at the vertices.
+//! [`BlockHessian`]: the Hessian of a sum of energies with respect to the vertices, in blocks.
 //!
-//! They follow from second derivatives by tangents and lengths. By the chain rule with e = Δs T and
-//! P = I − T Tᵀ:
+//! It follows from the second derivatives with respect to tangents and lengths by the chain rule,
+//! with e = Δs T and P = I − T Tᵀ:
 //!
 //! - ∂Δs/∂e = T
 //! - ∂T/∂e = P/Δs
 //! - ∂²Δs/∂e² = P/Δs
 //! - ∂²(g·T)/∂e² = −(T (P g)ᵀ + (P g) Tᵀ + (T·g) P)/Δs² for a fixed g
 //!
-//! Edges are then differences of the vertices they lie between.
+//! An edge is the difference of its two vertices.
 
 // Loops over edges by index match the formulas, and stay within code for wide registers.
 #![allow(clippy::needless_range_loop)]
@@ -27,41 +27,42 @@ use super::stretches::Stretches;
 use crate::linalg::scalar::Vector;
 use crate::linalg::{Scalar, operation};
 
-/// The number of successors that a vertex is coupled with.
+/// The number of following vertices that a vertex is coupled with.
 ///
-/// A term sees at most this many edges, and one vertex more.
+/// A term depends on at most this many edges, and so on one vertex more.
 pub(crate) const COUPLED: usize = MOST_EDGES;
 
-/// Blocks of a vertex: with itself, and with the vertices it is coupled with.
+/// The blocks of a vertex: with itself, and with each vertex that it is coupled with.
 pub(crate) const BLOCKS: usize = COUPLED + 1;
 
-/// Edges that are processed together.
+/// The number of edges that are processed together.
 ///
-/// Their sums stay in the nearest cache, however long the curve.
+/// Their sums stay in the nearest cache, however long the curve is.
 const TILE: usize = 64;
 
-/// The upper half of the Hessian of one curve, or of one curve a lane.
+/// The upper half of the Hessian of one curve, or of one curve per lane.
 ///
-/// H is the sum over v and k of block (v, k), in the rows of vertex v and the columns of vertex v +
-/// k. For k > 0 the transposed block is added in the transposed place. On closed curves v + k is
-/// taken modulo the number of vertices.
+/// H is the sum over v and k of block (v, k), in the rows of vertex v and the columns of vertex
+/// v + k. For k > 0 the transposed block is added in the transposed place. On closed curves v + k
+/// is modulo the number of vertices.
 ///
-/// On closed curves of few vertices several blocks share a place, or stand on the diagonal for
-/// k > 0. They are added up.
+/// On closed curves with few vertices several blocks share a place, or lie on the diagonal for
+/// k > 0. They add up.
 #[derive(Clone, Debug)]
 pub(crate) struct BlockHessian<S, const D: usize> {
     closed: bool,
-    /// The most edges that a term of the sum sees.
+    /// The largest number of edges in a term of the sum.
     reach: usize,
     /// The number of vertices of each lane's curve.
     vertices: Vec<usize>,
-    /// Those of energies of lengths alone.
+    /// The second derivatives of energies of lengths only.
     stretches: Stretches<S>,
-    /// Whether the blocks are all 0, and are not written.
+    /// Whether all blocks are 0 and have not been written.
     is_empty: bool,
-    /// `at_edges[j][k]`: by edges j and j + k of a tile, where j counts from the tile's first edge.
+    /// `at_edges[j][k]`: with respect to edges j and j + k of a tile, where j counts from its first
+    /// edge.
     at_edges: Vec<[Block<S, D>; COUPLED]>,
-    /// `blocks[v][k]`: by vertices v and v + k.
+    /// `blocks[v][k]`: with respect to vertices v and v + k.
     pub(super) blocks: Vec<[Block<S, D>; BLOCKS]>,
 }
 
@@ -81,9 +82,10 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         hessian
     }
 
-    /// Storage for the Hessian of other curves.
+    /// Reuses the storage for the Hessian of other curves.
     pub fn renew(&mut self, edges: &Edges<S, D>) {
-        // Terms of closed curves run past the end, into edges and vertices that repeat the first.
+        // Terms of closed curves run past the end, into edges and vertices that repeat the first
+        // ones.
         let rows = edges.rows() + if edges.is_closed() { COUPLED - 1 } else { 0 };
         let zero = [[S::ZERO; D]; D];
         self.closed = edges.is_closed();
@@ -96,20 +98,22 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
 
     /// The blocks of every vertex with itself and its next [`COUPLED`] vertices.
     ///
-    /// Rows beyond a lane's vertices hold 0. There are none where [all are 0](Self::assemble_by_tangents).
+    /// Blocks beyond a lane's vertices are 0. The slice is empty if
+    /// [all are 0](Self::assemble_by_tangents).
     pub fn blocks(&self) -> &[[Block<S, D>; BLOCKS]] {
         if self.is_empty { &[] } else { &self.blocks }
     }
 
-    /// The second derivatives of energies of lengths alone that are [left out](Self::assemble_by_tangents) of the blocks.
+    /// The second derivatives of energies of lengths only that the blocks
+    /// [leave out](Self::assemble_by_tangents).
     pub fn stretches(&self) -> &Stretches<S> {
         &self.stretches
     }
 
     /// Assembles the blocks of the weighted sum of functionals and of the regularisation.
     ///
-    /// The derivatives are those of the curve at which the edges are placed. The regularisation is given by
-    /// its order and weight.
+    /// The derivatives are taken at the curve where the edges were placed. The regularisation is
+    /// given by its kind and weight.
     pub fn assemble(&mut self, edges: &Edges<S, D>, terms: &[(S, &Functional)], regularisation: Option<(usize, S)>) {
         let of_terms = terms.iter().map(|(_, functional)| functional.order()).max().unwrap_or(0);
         self.reach = of_terms.max(regularisation.map_or(0, |(order, _)| order.max(2)));
@@ -117,9 +121,10 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         self.add_tiles::<true>(edges, terms, regularisation);
     }
 
-    /// Assembles the blocks of functionals of tangents, and leaves those of lengths alone in [`Stretches`].
+    /// Assembles the blocks of functionals that depend on tangents, and collects functionals of
+    /// lengths only in [`Stretches`].
     ///
-    /// The order of all is at most 2.
+    /// All are of order at most 2.
     pub fn assemble_by_tangents(
         &mut self,
         edges: &Edges<S, D>,
@@ -134,7 +139,8 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         }
     }
 
-    /// Adds up the terms by edges, those of lengths alone too or not, tile by tile, and writes the blocks.
+    /// Sums the terms over the edges, tile by tile, and writes the blocks. `LENGTHS` includes terms
+    /// of lengths only.
     fn add_tiles<const LENGTHS: bool>(
         &mut self,
         edges: &Edges<S, D>,
@@ -153,8 +159,7 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
             }
             self.add_regularisation(edges, tile.clone(), regularisation);
             self.scatter(tile.clone(), 0);
-            // The windows of this tile have added to edges after it. Those sums move to the next
-            // tile.
+            // Windows of this tile have added to edges after it. Those sums move to the next tile.
             let (done, left) = self.at_edges.split_at_mut(tile.len());
             if tile.end < most {
                 done[..COUPLED - 1].copy_from_slice(left);
@@ -178,16 +183,17 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         }
     }
 
-    /// Adds the regularisation of first differences beside the ends of open curves.
+    /// Adds the regularisation of first differences at the ends of open curves.
     ///
-    /// It belongs to the regularisation of second differences.
+    /// It is part of the regularisation of second differences.
     fn add_regularisation_at_ends(&mut self, edges: &Edges<S, D>, tile: Range<usize>, weight: S) {
         for start in tile.start..if self.closed { tile.start } else { tile.end.min(edges.windows::<2>()) } {
             self.add_window(edges, start, start - tile.start, weight * edges.ends(start), &DifferenceRegularisation);
         }
     }
 
-    /// Adds a Hessian by one vertex alone, such as that of [`attachment`](super::attachment).
+    /// Adds a Hessian with respect to one vertex, such as that of
+    /// [`attachment`](super::attachment).
     #[inline(always)]
     pub fn add_block(&mut self, vertex: usize, x: Block<S, D>) {
         self.fill();
@@ -196,7 +202,7 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         }
     }
 
-    /// Adds a block by a vertex and the next, in a Hessian whose closed curves have been
+    /// Adds a block for a vertex and the next one. Closed curves must have been
     /// [closed](Self::close).
     #[inline(always)]
     pub fn add_pair(&mut self, vertex: usize, x: &Block<S, D>) {
@@ -211,7 +217,7 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         self.fill();
     }
 
-    /// Writes blocks that have been left out.
+    /// Writes blocks that have not been written.
     #[inline(always)]
     fn fill(&mut self) {
         if self.is_empty {
@@ -266,7 +272,7 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         }
     }
 
-    /// Adds these edges, from edge `at` of a tile on, to the vertices.
+    /// Adds these edges, the first of which is edge `at` of a tile, to the vertices.
     fn scatter(&mut self, edges: Range<usize>, at: usize) {
         match self.reach {
             ..=2 => S::run(Scatter::<S, D, 2> { hessian: self, edges, at }),
@@ -274,9 +280,9 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         }
     }
 
-    /// [`scatter`](Self::scatter) of terms that see up to W edges.
+    /// [`scatter`](Self::scatter) for terms of up to W edges.
     ///
-    /// Edge j is vertex j + 1 less vertex j.
+    /// Edge j is vertex j + 1 minus vertex j.
     #[inline(always)]
     fn scatter_within<const W: usize>(&mut self, edges: Range<usize>, at: usize) {
         // The first vertex already holds the part of the edge before it.
@@ -298,12 +304,11 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
         }
     }
 
-    /// Moves what closed curves have beyond their last vertex to their first.
+    /// Moves the blocks beyond the last vertex of closed curves to the first vertices.
     pub fn close(&mut self) {
         if self.closed {
             for (lane, &count) in self.vertices.iter().enumerate() {
-                // From the last on, because the vertices of a triangle may be repeated several
-                // times.
+                // Backwards, because the vertices of a triangle may be repeated several times.
                 for v in (0..COUPLED).rev() {
                     for (k, a, b) in indices::<D>() {
                         let over = self.blocks[count + v][k][a][b].lane(lane);
@@ -318,7 +323,7 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
 
     /// Computes y = H x.
     ///
-    /// Both have a row for every vertex.
+    /// Both have one vector per vertex.
     #[cfg(test)]
     pub fn multiply(&self, x: &[Vector<S, D>], y: &mut [Vector<S, D>]) {
         y.fill([S::ZERO; D]);
@@ -352,7 +357,7 @@ impl<S: Scalar, const D: usize> BlockHessian<S, D> {
     }
 }
 
-/// The full matrix of a curve from its blocks, row after row and vertex after vertex.
+/// The full matrix of a curve from its blocks, row by row and vertex by vertex.
 pub(crate) fn dense<N: Scalar, const D: usize>(closed: bool, blocks: &[N]) -> Vec<N> {
     let count = blocks.len() / (BLOCKS * D * D);
     let width = count * D;
@@ -373,7 +378,7 @@ pub(crate) fn dense<N: Scalar, const D: usize>(closed: bool, blocks: &[N]) -> Ve
     dense
 }
 
-/// [`BlockHessian::add_terms`] of one functional's term.
+/// [`BlockHessian::sweep`] with one functional's term.
 struct Assembling<'a, S, const D: usize> {
     hessian: &'a mut BlockHessian<S, D>,
     edges: &'a Edges<S, D>,
@@ -401,7 +406,7 @@ operation! {
         -> () { hessian.scatter_within::<W>(edges, at) }
 }
 
-/// The offset to the other vertex, the row and the column of all entries of a vertex's blocks.
+/// The offset k to the other vertex, the row and the column of every entry of a vertex's blocks.
 fn indices<const D: usize>() -> impl Iterator<Item = (usize, usize, usize)> {
     (0..=COUPLED).flat_map(|k| (0..D).flat_map(move |a| (0..D).map(move |b| (k, a, b))))
 }

@@ -1,33 +1,34 @@
-//! [`Lane`]: the numbers of one curve while it descends, and its ending.
+//! [`Lane`]: the state of one curve's descent, and how it ends.
 
 use super::plan::Solver;
 use super::sobolev::Stride;
 use crate::damping::{Damping, Trial, Verdict, least};
 use crate::linalg::{Real, Scalar};
 
-/// The state of a curve's descent.
+/// How the descent of a curve has ended, if it has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TerminationStatus {
     Running = 1,
     /// The norm of the gradient is at most the tolerance.
     Converged,
-    /// No direction leads down any more, because of rounding or not.
+    /// No direction decreases the energy any more, because of rounding or for another reason.
     Stalled,
-    /// The iterations were used up.
+    /// The largest number of iterations was reached.
     Exhausted,
-    /// The length has passed its bound while the energy fell.
+    /// The length exceeded its bound while the energy fell.
     Unbounded,
-    /// The energy or the inner product is not a number.
+    /// The energy or the gradient is not finite.
     Broken,
-    /// The descent has ended at a polygon that turns by more than 90° at a vertex: it is no minimum among curves.
+    /// The descent ended at a polygon that turns by more than 90° at a vertex, which is no minimum
+    /// among curves.
     ///
-    /// No lane says so of itself.
+    /// A lane never sets this status itself.
     Folded,
 }
 
-/// The most steps without progress before rounding is assumed to dominate.
+/// The largest number of steps without progress before rounding is assumed to dominate.
 ///
-/// Progress is a fall of the norm to [`PROGRESS`] of its best, or a fall of the energy by
+/// Progress means that the norm falls to [`PROGRESS`] of its best, or that the energy falls by
 /// [`FALL_EPSILONS`].
 const PATIENCE: u32 = 16;
 
@@ -37,27 +38,28 @@ const SOBOLEV_PATIENCE: u32 = 100;
 /// See [`PATIENCE`].
 const PROGRESS: f64 = 0.7;
 
-/// A fall of the energy by this many units of its rounding is more than the rounding of the sum.
+/// A decrease of the energy by this many ε exceeds the rounding of its sum.
 const FALL_EPSILONS: f64 = 64.0;
 
-/// The largest tolerance at which a curve must not end by a damped decrement. Larger ones belong to rounds and stages.
+/// The largest tolerance at which a damped decrement may not end a descent. Rounds and stages have
+/// larger tolerances.
 ///
-/// With it 592 of 594 borders converge within a deviation. Without it 586 do.
+/// With this rule 592 of 594 borders converge within a deviation, without it 586.
 const ROUGH: f64 = 1e-6;
 
-/// Newton's method converges quadratically where the square of the decrement falls by this factor.
+/// Newton's method converges quadratically if the square of the decrement falls by this factor.
 const CONTRACTION: f64 = 1e-2;
 
-/// What ends the descent of a curve.
+/// When the descent of a curve ends.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bounds {
-    /// The tolerance of the norm of the gradient.
+    /// The tolerance on the norm of the gradient.
     pub tolerance: f64,
-    /// The length beyond which a curve has run away.
+    /// The length beyond which a curve counts as unbounded.
     ///
-    /// Infinite where the energy bounds the length.
+    /// It is infinite if the energy bounds the length.
     pub longest: f64,
-    /// The most accepted steps.
+    /// The largest number of accepted steps.
     pub most_iterations: u32,
 }
 
@@ -68,7 +70,7 @@ pub(super) enum Steps<N> {
     Sobolev(Stride<N>),
 }
 
-/// The numbers of one curve.
+/// The state of one curve's descent.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Lane<N> {
     pub termination: TerminationStatus,
@@ -85,15 +87,15 @@ pub(crate) struct Lane<N> {
     pub(super) start_energy: N,
     pub(super) steps: Steps<N>,
     pub(super) best: N,
-    /// The energy when the count of steps without progress began.
+    /// The energy at the last progress, less its rounding.
     pub(super) energy_then: N,
     pub(super) since_best: u32,
-    /// Whether the step before was an undamped one of Newton's method, and not cut short.
+    /// Whether the previous step was a full, undamped step of Newton's method.
     pub(super) is_full: bool,
 }
 
 impl<N: Real + Scalar> Lane<N> {
-    /// A curve before its first tick, which evaluates it where it stands.
+    /// A curve that has not been evaluated yet.
     pub(super) fn new(solver: Solver, bounds: &Bounds) -> Self {
         let (zero, infinite) = (N::of(0.0), N::of(f64::INFINITY));
         Lane {
@@ -118,7 +120,7 @@ impl<N: Real + Scalar> Lane<N> {
         }
     }
 
-    /// Takes the curve as it stands, of this energy and length. Returns whether it can descend.
+    /// Starts at the current curve, with its energy and length. Returns whether it can descend.
     pub(super) fn begin(&mut self, energy: N, length: N) -> bool {
         self.evaluations = 1;
         (self.energy, self.start_energy, self.length) = (energy, energy, length);
@@ -139,7 +141,7 @@ impl<N: Real + Scalar> Lane<N> {
         }
     }
 
-    /// How much of p is taken, at most `most`.
+    /// The step length along p, at most `most`.
     pub(super) fn alpha(&self, most: N) -> N {
         match self.steps {
             Steps::Newton(_) => least(most, N::of(1.0)),
@@ -147,13 +149,13 @@ impl<N: Real + Scalar> Lane<N> {
         }
     }
 
-    /// Ends the lane before a trial along p, if it does. Returns whether there is a trial.
+    /// Ends the lane before a trial along p, if it is done. Returns whether there is a trial.
     ///
-    /// `slope` is g·p, `smallest` the smallest pivot of the system, and `alpha` how much of p is
-    /// taken. The norm of the gradient is √((1 + λ)|g·p|). For Newton's method it is at most
+    /// `slope` is g·p, `smallest` the smallest pivot of the system, and `alpha` the step length
+    /// along p. The norm of the gradient is √((1 + λ)|g·p|). For Newton's method it is at most
     /// √(1 + λ) times less than √(gᵀH⁻¹g) where H ≥ L, and for Sobolev gradients it is √⟨z, z⟩. A
     /// lane converges when the norm is small, or when Newton's steps contract so fast that it will
-    /// be after this one. It takes the step too, if it can.
+    /// be small after this one. The lane then takes this step too, if it can.
     pub(super) fn aim(&mut self, smallest: N, slope: N, alpha: N) -> bool {
         if self.termination != TerminationStatus::Running {
             return false;
@@ -165,7 +167,7 @@ impl<N: Real + Scalar> Lane<N> {
         // Rounding may make a slope positive at a minimum.
         let is_sound = smallest > N::of(0.0) && square.is_finite() && square >= -least;
         let is_full = is_sound && is_undamped && alpha == N::of(1.0);
-        // Errors of quadratic convergence contract by the square of the contraction before.
+        // Quadratic convergence squares the contraction of the error in every step.
         let contraction = square / self.norm2;
         let next = contraction * contraction * square;
         let contracts =
@@ -188,8 +190,8 @@ impl<N: Real + Scalar> Lane<N> {
 
     /// Judges a trial along p.
     ///
-    /// Where H is less than L a damped norm says too little: it ends no lane that a step leads on,
-    /// but in [rough](ROUGH) rounds. Contraction ends no lane whose step fails.
+    /// Where H is less than L, a damped norm is too small. It ends a lane only if no step leads on,
+    /// or in [rough](ROUGH) rounds. Contraction ends no lane whose step fails.
     pub(super) fn judge(&mut self, trial: &Trial<N>) -> Verdict {
         let least = self.tolerance * self.tolerance;
         let verdict = match &mut self.steps {
@@ -212,7 +214,7 @@ impl<N: Real + Scalar> Lane<N> {
         verdict
     }
 
-    /// Ends the lane after a step, if it makes no more progress or the gradient is no number.
+    /// Ends the lane after a step, if it makes no more progress or the gradient is not finite.
     pub(super) fn took(&mut self, is_finite: bool) {
         if !is_finite {
             self.termination = TerminationStatus::Broken;
@@ -221,7 +223,7 @@ impl<N: Real + Scalar> Lane<N> {
         }
     }
 
-    /// Counts a step without progress. Returns whether too many steps in a row had none.
+    /// Counts steps without progress. Returns whether there were too many in a row.
     fn falls_short(&mut self) -> bool {
         let norm = self.norm2.sqrt();
         if norm < N::of(PROGRESS) * self.best || self.energy < self.energy_then {
@@ -238,13 +240,13 @@ impl<N: Real + Scalar> Lane<N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    /// A trial along a direction of this slope, whose energy falls as promised or rises.
+    /// A trial along a direction of this slope, whose energy falls as predicted or rises.
     fn trial(slope: f64, falls: bool) -> Trial<f64> {
         let fall = if falls { -0.5 * slope } else { slope };
         Trial { smallest: 1.0, slopes: [slope, 0.0], energies: [0.0, -fall], alpha: 1.0 }
     }
 
-    /// A running lane at this tolerance, after an undamped full step of this decrement.
+    /// A running lane with this tolerance, after a full, undamped step with this decrement.
     fn lane(tolerance: f64, decrement: f64) -> Lane<f64> {
         let mut lane = Lane::new(Solver::Newton, &Bounds { tolerance, longest: f64::INFINITY, most_iterations: 100 });
         assert!(lane.aim(1.0, -decrement * decrement, 1.0));

@@ -1,9 +1,9 @@
-//! [`Newton`]: the systems (H + λL) p = −g of curves side by side.
+//! [`Newton`]: the linear systems (H + λL) p = −g, one curve per lane.
 //!
-//! H is the Hessian of the energies and the regularisation, λ ≥ 0 is the damping, and L is the inner product
-//! w Σ D_k g · D_k h Δs of the energy's order k, plus what holds attached points. With L the number
-//! of steps does not depend on the number of vertices. λ = 0 is Newton's method. Sobolev gradients
-//! have λ = 0 and their [metric](super::sobolev) in the place of H.
+//! H is the Hessian of the energies and the regularisation, λ ≥ 0 is the damping, and L is the
+//! inner product w Σ D_k g · D_k h Δs of the energy's order k, plus the stiffness of anchors. With
+//! L the number of steps does not depend on the number of vertices. λ = 0 is Newton's method.
+//! Sobolev gradients have λ = 0 and their [metric](super::sobolev) in place of H.
 //!
 //! Source: R. J. Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006), sections 2 and 3.
 
@@ -25,48 +25,49 @@ use crate::linalg::{Scalar, operation};
 /// The weights of an inner product.
 #[derive(Clone, Debug)]
 pub(crate) struct Weights<S> {
-    /// The weight of the derivative of the product's own order.
+    /// The weight of the highest derivative, whose order is the product's.
     pub highest: S,
     /// The weight of |g|² at each vertex.
     ///
-    /// 0 where no point is attached.
+    /// It is 0 where no point is attached.
     pub vertices: Vec<S>,
     /// Whether any vertex is attached.
     pub attached: bool,
 }
 
-/// Newton's systems, one a lane, with interleaved coordinates.
+/// The linear systems, one per lane, with interleaved coordinates.
 pub(crate) struct Newton<S, const D: usize> {
-    /// A vertex is coupled with as many others on either side as the order.
+    /// Its order is the number of vertices on either side that a vertex is coupled with.
     plan: Plan,
     hessian: BlockHessian<S, D>,
     /// λ
     lambda: S,
-    /// L by vertices v and v + k, where any λ is not 0.
+    /// L with respect to vertices v and v + k, if any λ is not 0.
     ///
     /// It is the same for all coordinates.
     damping: Vec<[S; COUPLED + 1]>,
     matrix: Matrix<S>,
     movable: Vec<S>,
     unknowns: Vec<Vector<S, 1>>,
-    /// Two vectors across the normal at every vertex of curves in surfaces, which are their coordinates; else empty.
+    /// For curves in surfaces, a basis of the tangent plane at every vertex, in which the unknowns
+    /// are coordinates; else empty.
     ///
-    /// Closed lanes repeat their first after their last.
+    /// Closed lanes repeat their first bases after their last.
     bases: Vec<Basis<S, D>>,
 }
 
-/// The matrix by order and dimension.
+/// The banded matrix, by order and dimension.
 ///
 /// Its half-bandwidth is (order + 1)·D − 1.
 enum Matrix<S> {
-    /// Metrics of order 1, of closed curves of two vertices too.
+    /// Metrics of order 1, also for closed curves of two vertices.
     FirstPlanar(Box<Banded<S, 3>>),
     FirstSpatial(Box<Banded<S, 5>>),
     SecondPlanar(Box<Banded<S, 5>>),
     SecondSpatial(Box<Banded<S, 8>>),
     WidestPlanar(Box<Banded<S, { widest(2) }>>),
     WidestSpatial(Box<Banded<S, { widest(3) }>>),
-    /// Of curves in surfaces, as wide as in the plane.
+    /// Curves in surfaces, with the bandwidth of planar curves.
     SecondTangent(Box<TangentSystem<S>>),
 }
 
@@ -75,9 +76,9 @@ const fn widest(dimension: usize) -> usize {
     (MOST_EDGES + 1) * dimension - 1
 }
 
-/// Runs an expression on a matrix of any width.
+/// Evaluates an expression for a matrix of any width.
 ///
-/// Matrices of another dimension are excluded at compile time.
+/// The compiler removes matrices of the other dimension.
 macro_rules! each {
     ($matrix:expr, $banded:ident => $body:expr) => {
         match $matrix {
@@ -94,7 +95,7 @@ macro_rules! each {
 }
 
 impl<S: Scalar, const D: usize> Newton<S, D> {
-    /// Storage for the systems of energies of an order.
+    /// Storage for the systems of a plan.
     ///
     /// `movable` is 1 where a vertex may move, else 0. Closed curves have more vertices than the
     /// order. Curves in surfaces have order 2 at most.
@@ -122,7 +123,7 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         newton
     }
 
-    /// Whether the storage is that of such curves.
+    /// Whether the storage fits curves with this plan.
     pub fn is_for(&self, plan: Plan, in_surfaces: bool) -> bool {
         (self.plan.order, self.plan.solver) == (plan.order, plan.solver) && self.is_in_surfaces() == in_surfaces
     }
@@ -131,12 +132,12 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         matches!(self.matrix, Matrix::SecondTangent(_))
     }
 
-    /// The unknowns of a vertex.
+    /// The number of unknowns per vertex.
     fn unknowns_each(&self) -> usize {
         if self.is_in_surfaces() { 2 } else { D }
     }
 
-    /// Storage for the systems of other curves, for energies of the same order.
+    /// Reuses the storage for the systems of other curves, for energies of the same order.
     pub fn renew(&mut self, edges: &Edges<S, D>, movable: &[S]) {
         let each = self.unknowns_each();
         let counts: Vec<usize> = edges.vertices().map(|count| count * each).collect();
@@ -150,7 +151,7 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         self.bases.resize(if self.is_in_surfaces() { edges.rows() + COUPLED } else { 0 }, [[S::ZERO; D]; 2]);
     }
 
-    /// Assembles H + λL at the curves where the edges are placed.
+    /// Assembles H + λL at the curves where the edges were placed.
     pub fn assemble(
         &mut self,
         edges: &Edges<S, D>,
@@ -181,7 +182,7 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         (0..S::LANES).any(|l| self.lambda.lane(l) != S::ZERO.lane(0))
     }
 
-    /// Adds what holds a vertex: its Hessian to H, and its stiffness to L.
+    /// Adds an anchor or a penalty of a vertex: its Hessian to H, and its stiffness to L.
     #[inline(always)]
     pub fn add_at_vertex(&mut self, row: usize, hessian: Block<S, D>, stiffness: S) {
         match self.plan.solver {
@@ -191,7 +192,7 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         self.damping[row][0] += stiffness;
     }
 
-    /// Adds second derivatives by a vertex and the next.
+    /// Adds second derivatives with respect to a vertex and the next.
     #[inline(always)]
     pub fn couple(&mut self, row: usize, hessian: Block<S, D>) {
         if self.plan.solver == Solver::Newton {
@@ -199,20 +200,21 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         }
     }
 
-    /// The system of curves in surfaces in their tangent planes, those planes, and what energies of lengths are to add.
+    /// The system of curves in surfaces, the bases of the tangent planes, and the second
+    /// derivatives of energies of lengths, which the caller adds.
     #[inline(always)]
     pub fn in_tangent_planes(&mut self) -> (&mut TangentSystem<S>, &[Basis<S, D>], &Stretches<S>) {
         let Matrix::SecondTangent(matrix) = &mut self.matrix else { unreachable!("a system of curves in surfaces") };
         (matrix, &self.bases, self.hessian.stretches())
     }
 
-    /// Sets the tangent plane of a vertex.
+    /// Sets the basis of the tangent plane at a vertex.
     #[inline(always)]
     pub fn set_basis(&mut self, row: usize, basis: Basis<S, D>) {
         self.bases[row] = basis;
     }
 
-    /// Repeats the first tangent planes of closed curves after their last.
+    /// Repeats the first bases of closed curves after their last.
     #[inline(always)]
     pub fn close_bases(&mut self, edges: &Edges<S, D>) {
         for (lane, &count) in edges.counts().iter().enumerate() {
@@ -225,7 +227,7 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         }
     }
 
-    /// Computes L at the curves where the edges are placed.
+    /// Computes L at the curves where the edges were placed.
     #[inline(always)]
     fn damp_by(&mut self, edges: &Edges<S, D>, weight: S) {
         self.damping.fill([S::ZERO; COUPLED + 1]);
@@ -271,7 +273,8 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
 
     /// Adds weight · v vᵀ at the vertices from `start` on.
     ///
-    /// Closed lanes go on in the rows after their last. [`factor`](Self::factor) accounts for them.
+    /// Closed lanes continue in the rows after their last vertex. [`factor`](Self::factor) accounts
+    /// for them.
     #[inline(always)]
     fn damp<const N: usize>(&mut self, start: usize, weight: S, v: [S; N]) {
         for j in 0..N {
@@ -281,10 +284,10 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         }
     }
 
-    /// Factors what was assembled, and returns the smallest pivot of each lane.
+    /// Factors the assembled matrices, and returns the smallest pivot of each lane.
     ///
-    /// Where it is not positive, the matrix is not positive definite. The result of
-    /// [`solve`](Self::solve) is then meaningless.
+    /// If it is not positive, the matrix is not positive definite, and the result of
+    /// [`solve`](Self::solve) is meaningless.
     pub fn factor(&mut self) -> S {
         let (is_damped, movable) = (self.is_damped(), &self.movable[..]);
         let damping = if is_damped { &self.damping[..] } else { &[] };
@@ -301,7 +304,7 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
         })
     }
 
-    /// Computes x ← (H + λL)⁻¹ x, which is 0 at pins.
+    /// Computes x ← (H + λL)⁻¹ x, which is 0 at pinned vertices.
     pub fn solve(&mut self, x: &mut [Vector<S, D>]) {
         S::run(Solve { newton: self, x });
     }
@@ -339,7 +342,7 @@ impl<S: Scalar, const D: usize> Newton<S, D> {
     }
 }
 
-/// H, L and λ of curves. L is empty where λ is 0.
+/// H, L and λ of curves. L is empty if every λ is 0.
 struct Filling<'a, S, const D: usize> {
     blocks: &'a [[Block<S, D>; COUPLED + 1]],
     damping: &'a [[S; COUPLED + 1]],
@@ -348,12 +351,12 @@ struct Filling<'a, S, const D: usize> {
 }
 
 impl<S: Scalar, const D: usize> Filling<'_, S, D> {
-    /// Fills a matrix.
+    /// Fills a matrix with H + λL.
     #[inline(always)]
     fn fill<const B: usize>(&self, matrix: &mut Banded<S, B>) {
         matrix.clear();
-        // B is at least (order + 1)·D − 1. On closed lanes H has been moved to the rows that exist,
-        // while L goes on beyond them.
+        // B is at least (order + 1)·D − 1. On closed lanes H has been moved to existing rows, while
+        // L continues beyond them.
         let reach = (B + 1) / D;
         let none = [[[S::ZERO; D]; D]; COUPLED + 1];
         for v in 0..self.damping.len().max(self.blocks.len()) {

@@ -1,4 +1,4 @@
-//! Sobolev gradients z = L⁻¹g: the metric L in the place of Newton's H, and the steps along −z.
+//! Sobolev gradients z = L⁻¹g: the metric L in place of Newton's H, and the steps along −z.
 //!
 //! | order | ⟨g, h⟩ |
 //! |---|---|
@@ -6,18 +6,18 @@
 //! | 2 | w Σ N D₂g · N D₂h Δa |
 //! | 3 | w Σ D(N D₂g) · D(N D₂h) Δs |
 //!
-//! N is the projection across the curve at data points, and 1 elsewhere: along the curve neither an
-//! energy nor the regularisation resists a turn at a data point, and a metric that did would call soft
-//! directions stiff. What holds attached points is added.
+//! N is the projection across the curve at data points, and 1 elsewhere. At a data point neither
+//! the energy nor the regularisation resists the component of D₂g along the curve, so a metric with
+//! it would treat soft directions as stiff. The stiffness of anchors is added.
 //!
-//! After a step s along which the gradient changed by y, the next step is ⟨s, s⟩/y·s. It follows
-//! from slopes that are known, and costs no evaluation and no vector. Energies need not fall in
-//! every step: they stay below a mean of those before.
+//! After a step s that changes the gradient by y, the next step is ⟨s, s⟩/y·s. It follows from
+//! known slopes, and needs no further evaluation and no vector. The energy may rise in a step, but
+//! stays below a mean of the previous energies.
 //!
 //! Sources: R. J. Renka, *Geometric Curve Modeling with Sobolev Gradients* (2006). J. Barzilai and
 //! J. M. Borwein, *Two-point step size gradient methods*, IMA Journal of Numerical Analysis 8
 //! (1988). H. Zhang and W. W. Hager, *A nonmonotone line search technique and its application to
-//! unconstrained optimization*, SIAM Journal on Optimization 14 (2004). N is faircurve's own.
+//! unconstrained optimization*, SIAM Journal on Optimization 14 (2004). N is faircurve's.
 
 // Loops over coordinates by index match the formulas.
 #![allow(clippy::needless_range_loop)]
@@ -30,7 +30,7 @@ use crate::linalg::scalar::{Vector, add, dot};
 use crate::linalg::{Real, Scalar, operation};
 
 impl<S: Scalar, const D: usize> BlockHessian<S, D> {
-    /// Assembles L of an order in the place of H, at the curve where the edges are placed.
+    /// Assembles L of an order in place of H, at the curve where the edges were placed.
     pub fn assemble_metric(&mut self, order: usize, edges: &Edges<S, D>, weight: S) {
         S::run(Metric { hessian: self, order, edges, weight });
     }
@@ -113,7 +113,8 @@ pub(super) fn scaled<S: Scalar, const D: usize>(x: S) -> Block<S, D> {
     block
 }
 
-/// N D₂ at the vertex between the edges j and j + 1, by the vertices j, j + 1 and j + 2.
+/// N D₂ at the vertex between the edges j and j + 1, with respect to the vertices j, j + 1 and
+/// j + 2.
 #[inline(always)]
 fn second<S: Scalar, const D: usize>(edges: &Edges<S, D>, j: usize) -> [Block<S, D>; 3] {
     let (r0, r1) = (edges.inverse[j], edges.inverse[j + 1]);
@@ -128,7 +129,7 @@ fn second<S: Scalar, const D: usize>(edges: &Edges<S, D>, j: usize) -> [Block<S,
     })
 }
 
-/// The unit vector halfway between two. Either, if they are opposite.
+/// The unit vector halfway between two. The second one if they are opposite.
 #[inline(always)]
 fn halfway<S: Scalar, const D: usize>(before: Vector<S, D>, after: Vector<S, D>) -> Vector<S, D> {
     let sum = add(before, after);
@@ -138,33 +139,33 @@ fn halfway<S: Scalar, const D: usize>(before: Vector<S, D>, after: Vector<S, D>)
     std::array::from_fn(|c| is_turn.if_positive(after[c], sum[c] * inverse))
 }
 
-/// The weight of former energies in their mean.
+/// The weight of the previous mean in the mean of energies.
 const MEMORY: f64 = 0.85;
 
-/// A step is accepted if the energy falls below the mean by this fraction of what the slope
-/// promises.
+/// A step is accepted if the energy falls below the mean by this fraction of the decrease that the
+/// slope predicts.
 const SUFFICIENT: f64 = 1e-4;
 
-/// The factor of a step where the energy is concave, and its inverse after a step that failed.
+/// The factor of a step where the energy is concave, and the divisor after a failed step.
 const LONGER: f64 = 4.0;
 
 /// The longest step.
 const LONGEST: f64 = 1e4;
 
-/// No step shorter than this leads down.
+/// A descent fails if its step falls below this.
 const SHORTEST: f64 = 1e-8;
 
-/// The steps of one curve.
+/// The step lengths of one curve.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stride<N> {
-    /// The next step.
+    /// The length of the next step.
     pub alpha: N,
     /// A mean of the energies so far.
     mean: N,
 }
 
 impl<N: Real + Scalar> Stride<N> {
-    /// L is H at a straight curve, so the first step is Newton's there.
+    /// Starts with step 1, which is Newton's at a straight curve: there L is H.
     pub fn new(energy: N) -> Self {
         Stride { alpha: N::of(1.0), mean: energy }
     }

@@ -1,13 +1,13 @@
-//! [`Stretches`]: second derivatives of energies of lengths alone.
+//! [`Stretches`]: second derivatives of energies that depend on lengths only.
 //!
-//! Of an energy f of the lengths of edges, with e = Δs T and P = I − T Tᵀ, they are by edges
+//! For an energy f of the lengths of edges, with e = Δs T and P = I − T Tᵀ, they are
 //!
 //! ```text
 //! ∂²f/∂e_j∂e_k = f_jk T_j T_kᵀ + δ_jk f_j P_j/Δs_j
 //! ```
 //!
-//! So a number for every f_jk and one for every f_j/Δs_j hold those of all such energies. Systems in tangent planes take them in
-//! this form: see [`within`](super::within).
+//! One number per f_jk and one per f_j/Δs_j therefore represent the sum of all such energies.
+//! Systems in tangent planes use this form: see [`within`](super::within).
 
 // Loops over edges by index match the formulas, and stay within code for wide registers.
 #![allow(clippy::needless_range_loop)]
@@ -17,7 +17,7 @@ use super::energy::regularisation::{DifferenceRegularisation, RatioRegularisatio
 use super::energy::{Functional, MOST_EDGES, Term, Visitor};
 use crate::linalg::{Scalar, operation};
 
-/// Those of an edge.
+/// The second derivatives at an edge.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Stretch<S> {
     /// f_jk of the edges j and k = j, j + 1, …
@@ -26,27 +26,27 @@ pub(crate) struct Stretch<S> {
     pub across: S,
 }
 
-/// Those of one curve, or of one curve a lane.
+/// The second derivatives of one curve, or of one curve per lane.
 ///
-/// Closed curves go on in edges that repeat their first.
+/// Closed curves continue in edges that repeat their first.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Stretches<S> {
     edges: Vec<Stretch<S>>,
 }
 
 impl<S: Scalar> Stretches<S> {
-    /// Storage for the edges of other curves.
+    /// Reuses the storage for the edges of other curves.
     pub fn renew(&mut self, edges: usize) {
         self.edges.resize(edges + MOST_EDGES - 1, Stretch { along: [S::ZERO; MOST_EDGES], across: S::ZERO });
     }
 
-    /// Those of an edge.
+    /// The second derivatives at an edge.
     #[inline(always)]
     pub fn of(&self, edge: usize) -> &Stretch<S> {
         &self.edges[edge]
     }
 
-    /// Adds up those of all terms, and of the regularisation by its kind and weight.
+    /// Sums the terms of lengths only, and the regularisation, given by its kind and weight.
     pub fn gather<const D: usize>(
         &mut self,
         edges: &Edges<S, D>,
@@ -91,7 +91,7 @@ impl<S: Scalar> Stretches<S> {
     }
 }
 
-/// [`Stretches::gather`] of one functional's term.
+/// [`Stretches::gather`] with one functional's term.
 struct Gathering<'a, S, const D: usize> {
     stretches: &'a mut Stretches<S>,
     edges: &'a Edges<S, D>,
