@@ -1,20 +1,22 @@
 // Directions of Newton's method damped in the Sobolev metric, (H + λL) p = −g, or with SOBOLEV of
-// Sobolev gradients, L p = −g, and one trial a tick. For descent.wgsl. Twin: src/discrete/damped.rs.
+// Sobolev gradients, L p = −g, and one trial per tick. Included by descent.wgsl.
+// Twin: src/discrete/damped.rs.
 
-// Of a direction: whether its matrix was positive definite, g·p, and the square of the largest
-// change of an edge to its length.
+// What is known of a direction: whether its matrix was positive definite, g·p, and the largest
+// square of an edge's change over its length.
 struct Found {
     sound: bool,
     slope: real,
     largest_square: real,
 }
 
-// How much of the direction a trial takes, at most `most`.
+// The step length along the direction, at most `most`.
 fn step_of(found: Found, most: real) -> real {
     return min(most, most_step(found.largest_square));
 }
 
-// Ends the lane before a trial along p, if it does. What converges takes this last step too, if it can be taken.
+// Ends the lane before a trial along p, if it is done. A converged lane takes this last step too,
+// if it can.
 fn end_before(lane: ptr<function, Lane>, curve: Curve, found: Found) {
     let tolerance = lanes[curve.slot * params.numbers + GIVEN_TOLERANCE];
     let square = (real(1) + (*lane).lambda) * -found.slope;
@@ -26,7 +28,7 @@ fn end_before(lane: ptr<function, Lane>, curve: Curve, found: Found) {
 //:else
     let is_full = is_sound && (*lane).lambda == real(0) && step_of(found, real(1)) == real(1);
 //:end
-    // Errors of quadratic convergence contract by the square of the contraction before.
+    // Quadratic convergence squares the contraction of the error in every step.
     let contraction = square / (*lane).norm2;
     let next = contraction * contraction * square;
     let contracts = is_full && (*lane).full && contraction <= CONTRACTION && next <= CONTRACTION * least;
@@ -43,7 +45,7 @@ fn end_before(lane: ptr<function, Lane>, curve: Curve, found: Found) {
     }
 }
 
-// What follows a step that was taken.
+// Updates the lane after an accepted step.
 fn take(lane: ptr<function, Lane>, taken: Taken) {
     (*lane).length = taken.length;
     if (is_out_of_range(taken.squares)) {
@@ -74,10 +76,10 @@ fn judge(lane: ptr<function, Lane>, curve: Curve, energy: real, slope: real) -> 
 //:else
     let is_damped = (*lane).lambda > real(0);
     let damping = damped((*lane).lambda, trial);
-    // A damped decrement may say too little.
+    // A damped decrement may be too small.
     let tolerance = lanes[curve.slot * params.numbers + GIVEN_TOLERANCE];
     let leads_on = damping.verdict == VERDICT_ACCEPT && is_damped && (*lane).since_best == 0u && tolerance <= ROUGH;
-    // Contraction says nothing where the step fails.
+    // Contraction does not count if the step fails.
     let contracted = damping.verdict == VERDICT_AGAIN && !is_damped && -(*lane).slope > tolerance * tolerance;
     if ((*lane).termination == TERMINATION_STATUS_CONVERGED && (leads_on || contracted)) {
         (*lane).termination = TERMINATION_STATUS_RUNNING;

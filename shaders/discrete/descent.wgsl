@@ -1,22 +1,22 @@
-// Curves that descend an energy, by Newton's method, or with SOBOLEV along Sobolev gradients. A tick
-// is one direction and the trial along it. A dispatch has many ticks. Everything that a curve needs
-// to go on is in storage, so that a descent is the same whatever its ticks are divided into. A
-// thread has a curve for itself (descent/alone.wgsl), or with LANES several threads share one
-// (descent/lanes.wgsl). Twin: src/discrete/descent.rs, which says why.
+// Curves that descend an energy, by Newton's method, or with SOBOLEV along Sobolev gradients. A
+// tick is one direction and the trial along it. A dispatch has many ticks. The whole state of a
+// descent is in storage, so the result does not depend on how ticks are divided into dispatches.
+// One thread computes a curve (descent/alone.wgsl), or with LANES several threads share one
+// (descent/lanes.wgsl).
+// Twin: src/discrete/descent.rs, which has the reasons.
 //
-// Curves of $SIDE threads stand side by side in `fixed`, `displacements` and `work`: number c of
-// row v in a section of width w is (v w + c) $SIDE words from the section's first, the curve's
-// place being part of that. The order is FIRST, SECOND or THIRD, the third where lanes share
-// curves.
+// `fixed`, `displacements` and `work` interleave the curves of $SIDE threads: in a section of width
+// w, number c of row v is (v w + c) $SIDE words after the section's first word, which depends on
+// the curve. The order is FIRST, SECOND or THIRD; it is THIRD only where lanes share curves.
 
 struct DescentParams {
-    // Curves listed in `tasks`.
+    // The number of curves in `tasks`.
     tasks: u32,
-    // Numbers of a curve in `lanes`.
+    // Numbers per curve in `lanes`.
     numbers: u32,
-    // With LANES: of every curve.
+    // With LANES: the ticks of every curve.
     ticks: u32,
-    // With LANES: the number of lanes that share a curve.
+    // With LANES: the number of lanes per curve.
     lanes: u32,
 }
 
@@ -31,7 +31,7 @@ struct DescentCurve {
     fixed_start: u32,
     displacement_start: u32,
     work_start: u32,
-    // Rows of a section: those of the longest curve of the group.
+    // Rows per section: those of the longest curve of the group.
     stride: u32,
     segments: u32,
     closed: u32,
@@ -41,16 +41,16 @@ struct DescentState {
     termination: u32,
     iterations: u32,
     evaluations: u32,
-    // 1: the step before was undamped, and not cut short.
+    // 1: the previous step was undamped and not cut short.
     flags: u32,
     since_best: u32,
     most_iterations: u32,
 }
 
-// No twin: stands for the infinity of what nothing has bounded yet.
+// No twin: stands for infinity where nothing bounds a number yet.
 const UNBOUNDED: real = real(1e38);
 
-// Numbers of a curve in `lanes`: what the host says, then what the descent keeps, then the energy's
+// Numbers of a curve in `lanes`: those from the host, then those of the descent, then the energy's
 // weights.
 // Twin: descent_gpu/packing.rs
 const GIVEN: u32 = 3u;
@@ -63,23 +63,25 @@ const GIVEN_LONGEST: u32 = 2u;
 @group(0) @binding(0) var<uniform> params: DescentParams;
 @group(0) @binding(1) var<storage, read> tasks: array<DescentTask>;
 @group(0) @binding(2) var<storage, read> curves: array<DescentCurve>;
-// A row: the edge of the base from the vertex on, 1 where the vertex at its end is no data point, 1
-// where the vertex may move; with ATTACHMENT its data point's displacement and what holds it; with TAUT 1/w² of
-// the edge; the penalties of the vertex at its end, and the region penalties of the vertex; with SURFACE where it lies.
+// A row has the edge of the base that starts at the vertex; 1 if the vertex at its end is not a
+// data point; 1 if the vertex may move; with ATTACHMENT the displacement of its data point and its
+// anchor; with TAUT 1/w² of the edge; the penalties at the end of the edge, and the region
+// penalties of the vertex; with SURFACE the position of the vertex.
 @group(0) @binding(3) var<storage, read> fixed: array<real>;
 @group(0) @binding(4) var<storage, read_write> states: array<DescentState>;
 @group(0) @binding(5) var<storage, read_write> lanes: array<real>;
 @group(0) @binding(6) var<storage, read_write> displacements: array<real>;
-// Sections p, g, x of vectors, then lengths of edges, with SURFACE n·g of the curve as it stands and
-// of the trial, and where the trial moves vertices; then the factors, and what they share with the
-// border of a closed curve before its first section; with LANES in their place the blocks by vertices, and what the lanes of a ring share.
+// Sections p, g and x of vectors, then the lengths of edges. With SURFACE: n·g of the current curve
+// and of the trial, and the positions to which the trial moves vertices. Then the factors; their
+// couplings with the border of a closed curve are before the first section. With LANES instead of
+// the factors: the blocks with respect to vertices, and the scratch of the block ring.
 @group(0) @binding(7) var<storage, read_write> work: array<real>;
 //:if SURFACE_TABLE
-// What the text of the surface reads.
+// The table that the text of the surface reads.
 @group(0) @binding(8) var<storage, read> surface_table: array<real>;
 //:end
 
-// A curve as its thread sees it: first words of its sections.
+// A curve for its thread: the first words of its sections.
 struct Curve {
     slot: u32,
     segments: u32,
@@ -104,7 +106,7 @@ struct Curve {
     border: u32,
 //:end
     highest: real,
-    // The step of the trial that is being evaluated.
+    // The step length of the trial that is being evaluated.
     alpha: real,
 }
 
@@ -122,8 +124,8 @@ fn load_weight(curve: Curve, index: u32) -> real {
 //:include discrete/lane.wgsl
 
 //:if SURFACE_WGSL
-// Whether the host is to begin the curve anew: the text has left it, or the driver has ended loops of this thread, which
-// then do not turn twice.
+// Whether the host must begin the curve again: the text has left the curve to the host, or the
+// driver has cut loops of this thread short, so that the loop here does not run twice.
 fn is_for_host() -> bool {
     var turns = 0u;
     for (var k = 0u; k <= min(params.tasks, 1u); k++) {
@@ -136,7 +138,7 @@ fn is_for_host() -> bool {
 // Twin: edges.rs
 const MOST_OF_AN_EDGE: real = real(0.5);
 
-// Largest step that changes no edge by more than its allowed part.
+// The largest step that changes no edge by more than MOST_OF_AN_EDGE of its length.
 fn most_step(largest_square: real) -> real {
     return MOST_OF_AN_EDGE / max(sqrt(largest_square), real(1e-30));
 }
@@ -146,7 +148,7 @@ fn relative_change(curve: Curve, j: u32, change: vector) -> real {
     return dot(change, change) * inverse * inverse;
 }
 
-// Counts the steps in a row without progress. Returns whether there are too many.
+// Counts steps without progress. Returns whether there were too many in a row.
 fn falls_short(lane: ptr<function, Lane>) -> bool {
     let norm = sqrt((*lane).norm2);
     if (norm < PROGRESS * (*lane).best || (*lane).energy < (*lane).energy_then) {
@@ -168,13 +170,13 @@ fn has_run_away(lane: ptr<function, Lane>, curve: Curve) -> bool {
     return (*lane).length > longest && (*lane).energy < (*lane).start_energy;
 }
 
-// What is said of a trial: its energies, and the slope there.
+// The verdict on a trial, from its energies and the slope there.
 fn verdict_on(lane: ptr<function, Lane>, curve: Curve, swept: Swept) -> u32 {
     let energy = swept.energy + swept.regularisation;
     (*lane).evaluations += 1u;
     var verdict = VERDICT_ACCEPT;
     if ((*lane).termination == TERMINATION_STATUS_START) {
-        // The base.
+        // The first trial is the base.
         (*lane).termination = TERMINATION_STATUS_RUNNING;
         (*lane).start_energy = energy;
 //:if SOBOLEV
@@ -188,7 +190,8 @@ fn verdict_on(lane: ptr<function, Lane>, curve: Curve, swept: Swept) -> u32 {
         }
     } else {
         verdict = judge(lane, curve, energy, swept.slope);
-        // Rounding decides whether the last step is taken, and not on the count.
+        // Rounding may decide whether the last step is accepted, so the count does not depend on
+        // it.
         if (verdict == VERDICT_ACCEPT || (*lane).termination == TERMINATION_STATUS_CONVERGED) {
             (*lane).iterations += 1u;
         }

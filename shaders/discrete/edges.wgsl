@@ -1,25 +1,33 @@
-// fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept: walks the vertices
-// first … last − 1 of a curve with a window of $WIDTH edges in registers, and sums the terms whose
-// first edge is one of first … last − 1; the terms of up to $WIDTH edges before are computed again
-// for the derivatives. Twin: `Edges` in src/discrete/edges.rs.
+// fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept walks the vertices
+// first … last − 1 of a curve with a window of $WIDTH edges in registers. It sums the terms whose
+// first edge is one of first … last − 1. For derivatives it computes the terms of up to $WIDTH
+// edges before once more.
+// Twin: `Edges` in src/discrete/edges.rs.
 //
-// After energy/mod.wgsl and edges/swept.wgsl, once for every sweep a kernel needs, with these
-// definitions:
-//     SWEEP       the function's name
-//     EDGE        fn(curve: Curve, j: u32) -> vector: edge j, 0 ≤ j < segments
-//     OFFSET      with ATTACHMENT: fn(curve: Curve, v: u32) -> vector: f − p at vertex v
-//     HOLD        with ATTACHMENT: fn(curve: Curve, v: u32) -> Anchor: what holds vertex v, nothing where there is no data point
-//     DERIVATIVES with STORE or DIRECTION
-//     STORE       if gradients are wanted: fn(curve: Curve, v: u32, gradient: vector), called for every vertex once, in order
-//     DIRECTION   if the slope Σ g·p is wanted: fn(curve: Curve, j: u32) -> vector: p at the end of edge j less p at its start
-//     PLACE       with REGIONS or SURFACE: fn(curve: Curve, v: u32) -> vector: the displacement of vertex v
-//     STORE_PUSH  with SURFACE: fn(curve: Curve, v: u32, push: real): n·g of vertex v, of which the gradient keeps nothing
-//     DIRECTION_AT with DIRECTION, and ATTACHMENT, REGIONS or SURFACE: fn(curve: Curve, v: u32) -> vector: p at vertex v
+// Include it after energy/mod.wgsl and edges/swept.wgsl, once for every sweep of a kernel, with
+// these definitions:
+//     SWEEP         the function's name
+//     EDGE          fn(curve: Curve, j: u32) -> vector: edge j, 0 ≤ j < segments
+//     OFFSET        with ATTACHMENT: fn(curve: Curve, v: u32) -> vector: f − p at vertex v
+//     HOLD          with ATTACHMENT: fn(curve: Curve, v: u32) -> Anchor: the anchor of vertex v,
+//                   zero without a data point
+//     DERIVATIVES   with STORE or DIRECTION
+//     STORE         for gradients: fn(curve: Curve, v: u32, gradient: vector), called for every
+//                   vertex once, in order
+//     DIRECTION     for the slope Σ g·p: fn(curve: Curve, j: u32) -> vector: p at the end of
+//                   edge j minus p at its start
+//     PLACE         with REGIONS or SURFACE: fn(curve: Curve, v: u32) -> vector: the
+//                   displacement of vertex v
+//     STORE_PUSH    with SURFACE: fn(curve: Curve, v: u32, push: real): n·g of vertex v, which
+//                   the gradient does not contain
+//     DIRECTION_AT  with DIRECTION, and ATTACHMENT, REGIONS or SURFACE:
+//                   fn(curve: Curve, v: u32) -> vector: p at vertex v
 
 fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
     var swept = Swept();
     var w = window_of(curve, weights);
-    // A vertex's gradient needs that by the edge before it, to which windows add that start earlier.
+    // The gradient at a vertex needs the derivative by the edge before it, to which earlier windows
+    // add.
 //:if STORE
     let halo = $WIDTH;
 //:else
@@ -37,8 +45,8 @@ fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
         }
         w = shifted(w, edge);
     }
-    // By tangents and lengths of the window's edges, as far as windows have added to them; the
-    // last's are new.
+    // The derivatives by tangents and lengths of the window's edges so far. Those of the last edge
+    // are new.
 //:unroll k 0..$WIDTH
     var t$k = vector();
     var s$k = real(0);
@@ -46,7 +54,7 @@ fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
     var previous = vector();
 //:if SURFACE
     let surface = load_surface(curve);
-    // What the place of vertex j has of the window before, and the normal there.
+    // The derivative by the position of vertex j from the window before, and the normal there.
     var pull = vector();
     let start = vertex_row(curve, begin);
     var normal = frame_at(surface, load_place(curve, start) + $PLACE(curve, start)).normal;

@@ -1,14 +1,15 @@
-// Energies, gradients and Hessians of discrete curves, one thread a block of a curve's vertices;
-// the host adds the blocks' energies up. Twin: src/discrete/evaluate.rs.
+// Energies, gradients and Hessians of discrete curves. Each thread evaluates a block of a curve's
+// vertices; the host sums the energies of blocks.
+// Twin: src/discrete/evaluate.rs.
 
 struct EvaluateParams {
     blocks: u32,
-    // Weights of a curve.
+    // Weights per curve.
     weights: u32,
 }
 
 struct EvaluateCurve {
-    // Its first vertex, and edge; there is room for as many edges as vertices.
+    // The curve's first vertex and first edge. Every curve has room for as many edges as vertices.
     start: u32,
     segments: u32,
     closed: u32,
@@ -27,16 +28,16 @@ struct VertexRange {
 @group(0) @binding(1) var<storage, read> curves: array<EvaluateCurve>;
 @group(0) @binding(2) var<storage, read> blocks: array<VertexRange>;
 @group(0) @binding(3) var<storage, read> weight_table: array<real>;
-// Vectors of $DIM numbers and more: of an edge, 1 where the vertex at its end is no data point, else
-// 0, and with TAUT 1/w² for the width w of its span; of a vertex's offset from its data point, the
-// weight of that.
+// `edges` has for each edge: its $DIM numbers; 1 if the vertex at its end is not a data point, else
+// 0; and with TAUT 1/w², where w is the width of its span. `offsets` has for each vertex: its $DIM
+// numbers of f − p, and their weight.
 @group(0) @binding(4) var<storage, read> edges: array<real>;
 @group(0) @binding(5) var<storage, read> offsets: array<real>;
 // Energy, regularisation and slope of a block.
 @group(0) @binding(6) var<storage, read_write> sums: array<real>;
 // Gradients, or the direction whose slope is wanted.
 @group(0) @binding(7) var<storage, read_write> gradients: array<real>;
-// $BLOCKS blocks of $DIM × $DIM numbers a vertex: with itself and its next ones.
+// $BLOCKS blocks of $DIM × $DIM numbers per vertex: with itself and with the next vertices.
 @group(0) @binding(8) var<storage, read_write> hessians: array<real>;
 
 alias Curve = EvaluateCurve;
@@ -159,7 +160,8 @@ fn add_to_hessian(curve: Curve, range: VertexRange, v: i32, k: u32, block: matri
 //:end
 }
 
-// Adds what a term has by the edges of the window from j on: edge j is vertex j + 1 less vertex j.
+// Adds the blocks of a term for the edges of the window from edge j: edge j is vertex j + 1 minus
+// vertex j.
 fn add_term(curve: Curve, range: VertexRange, j: i32, w: Window, weight: real, p: Partials, h: SecondPartials) {
 //:unroll j 0..$WIDTH
     let e$j$j = weight * (edge_block(w.t$j, w.r$j, w.t$j, w.r$j, h.t$j$j, h.m$j$j, h.m$j$j, h.s$j$j)
@@ -181,8 +183,8 @@ fn add_term(curve: Curve, range: VertexRange, j: i32, w: Window, weight: real, p
 //:end
 }
 
-// Adds the terms over the window from edge j on one after the other, and their blocks one by one: together they are
-// more than a thread's registers.
+// Adds the terms over the window from edge j one after the other, block by block: all together
+// would need more than a thread's registers.
 fn add_window(curve: Curve, range: VertexRange, j: i32, w: Window, weights: Weights) {
     let edges = edges_from(curve, j);
 //:each TERM
@@ -210,7 +212,7 @@ fn add_window(curve: Curve, range: VertexRange, j: i32, w: Window, weights: Weig
         add_to_hessian(curve, range, i32(v), 0u, weights.attachment * held);
     }
 //:end
-    // Windows reach $VERTICES vertices.
+    // Windows have $VERTICES vertices.
     let begin = select(max(i32(range.begin) - $WIDTH, 0), i32(range.begin) - $WIDTH, curve.closed != 0u);
     var w = window_of(curve, weights);
     for (var j = begin; j < begin + $WIDTH - 1; j++) {

@@ -1,8 +1,9 @@
-// The Hessian of the terms that start at one edge, by the vertices of their window: the chain rule
-// from tangents and lengths to edges, and from edges to vertices. After energy/mod.wgsl.
+// The Hessian of the terms that start at one edge, with respect to the vertices of their window, by
+// the chain rule from tangents and lengths to edges, and from edges to vertices. Include it after
+// energy/mod.wgsl.
 // Twin: src/discrete/hessian.rs.
 
-// v01: by vertex 0 (rows) and vertex 1 of the window.
+// v01: with respect to vertex 0 (rows) and vertex 1 of the window.
 struct VertexBlocks {
 //:unroll j 0..$VERTICES
 //:unroll k $j..$VERTICES
@@ -11,9 +12,10 @@ struct VertexBlocks {
 //:end
 }
 
-// By two edges: (P/Δs) F_TT (P′/Δs′) + (P/Δs) F_TΔs′ T′ᵀ + T (F_T′Δs P′/Δs′)ᵀ + T F_ΔsΔs′ T′ᵀ with
-// P = I − T Tᵀ; `mixed` is by the first tangent and the second length, `mixed_back` the other way
-// round.
+// The block of two edges:
+// (P/Δs) F_TT (P′/Δs′) + (P/Δs) F_TΔs′ T′ᵀ + T (F_T′Δs P′/Δs′)ᵀ + T F_ΔsΔs′ T′ᵀ with P = I − T Tᵀ.
+// `mixed` is by the first tangent and the second length, `mixed_back` by the second tangent and the
+// first length.
 fn edge_block(
     t: vector,
     r: real,
@@ -31,7 +33,7 @@ fn edge_block(
     return (r * r_other) * both + outer(along, t_other) + outer(t, back);
 }
 
-// What the first derivatives add at one edge, since P/Δs and T depend on it themselves.
+// The contribution of the first derivatives at one edge, because P/Δs and T depend on the edge.
 fn edge_curvature(t: vector, r: real, by_tangent: vector, by_length: real) -> matrix {
     let along = dot(t, by_tangent);
     let across = (r * r) * (by_tangent - along * t);
@@ -43,7 +45,7 @@ fn vertex_blocks(w: Window, weights: Weights, edges: u32) -> VertexBlocks {
     let p = window_gradient(w, weights, edges);
     let h = window_hessian(w, weights, edges);
     var v = VertexBlocks();
-    // By the edges j and k: edge j is vertex j + 1 less vertex j.
+    // The blocks of the edges j and k: edge j is vertex j + 1 minus vertex j.
 //:unroll j 0..$WIDTH
     let e$j$j = edge_block(w.t$j, w.r$j, w.t$j, w.r$j, h.t$j$j, h.m$j$j, h.m$j$j, h.s$j$j)
         + edge_curvature(w.t$j, w.r$j, p.t$j, p.s$j);
@@ -62,7 +64,7 @@ fn vertex_blocks(w: Window, weights: Weights, edges: u32) -> VertexBlocks {
 //:end
 //:end
 //:if SURFACE
-    // By an edge (rows) and the place of vertex 1. The edges are v₁ − v₀ and v₂ − v₁.
+    // The block of an edge (rows) and the position of vertex 1. The edges are v₁ − v₀ and v₂ − v₁.
     let before = w.r0 * (h.x0 - outer(w.t0, w.t0 * h.x0)) + outer(w.t0, h.sx);
     let after = w.r1 * (h.x1 - outer(w.t1, w.t1 * h.x1)) + outer(w.t1, h.sx);
     v.v01 -= before;

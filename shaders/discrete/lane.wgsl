@@ -1,6 +1,6 @@
-// What a descent keeps of a curve, and its place in the arrays of descent.wgsl between dispatches.
+// The state of a curve's descent, and its layout in the arrays of descent.wgsl between dispatches.
 
-// No twin: what the host writes before the first tick.
+// No twin: the host writes it before the first tick.
 const TERMINATION_STATUS_START: u32 = 0u;
 
 const TERMINATION_STATUS_RUNNING: u32 = 1u;
@@ -9,7 +9,7 @@ const TERMINATION_STATUS_STALLED: u32 = 3u;
 const TERMINATION_STATUS_EXHAUSTED: u32 = 4u;
 const TERMINATION_STATUS_UNBOUNDED: u32 = 5u;
 const TERMINATION_STATUS_BROKEN: u32 = 6u;
-// No twin: the host descends the curve.
+// No twin: the curve is left to the host.
 const TERMINATION_STATUS_LEFT: u32 = 7u;
 
 const PATIENCE: u32 = 16u;
@@ -23,16 +23,16 @@ const FALL: real = real(1.4210854715202004e-14);
 const FALL: real = real(7.6293945e-6);
 //:end
 
-// No twin: 1: the step before was undamped, and not cut short.
+// No twin: 1 if the previous step was undamped and not cut short.
 const FLAG_FULL: u32 = 1u;
 
-// One curve's numbers.
+// The state of one curve's descent.
 struct Lane {
     termination: u32,
     iterations: u32,
     evaluations: u32,
     since_best: u32,
-    // The energy with its regularisation, and without.
+    // The energy with and without its regularisation.
     energy: real,
     reported: real,
     norm2: real,
@@ -46,21 +46,22 @@ struct Lane {
     stride: real,
     mean: real,
 //:end
-    // Whether the step before was undamped, and not cut short.
+    // Whether the previous step was undamped and not cut short.
     full: bool,
-    // Of the trial under way: what its matrix was, the slope along p, and how much of p is taken.
+    // The current trial: whether its matrix was positive definite, the slope along p, and the step
+    // length.
     sound: bool,
     slope: real,
     alpha: real,
 }
 
 //:if LANES
-// λ alone.
+// λ only.
 fn load_lambda(slot: u32) -> real {
     return lanes[slot * params.numbers + GIVEN + 6u];
 }
 
-// How much of p is taken at most.
+// The largest step length along p.
 fn load_stride(slot: u32) -> real {
 //:if SOBOLEV
     return lanes[slot * params.numbers + GIVEN + 9u];

@@ -1,34 +1,34 @@
-// The system (H + λL) p = −g of a curve: H the Hessian of its energy and regularisation over windows of two
-// edges, L the inner product of order 1 or 2 in its plain form, λ ≥ 0. Twin: src/discrete/newton.rs,
-// with src/linalg/banded.rs.
+// The system (H + λL) p = −g of a curve, where H is the Hessian of its energy and regularisation
+// over windows of two edges, L the inner product of order 1 or 2 without projections, and λ ≥ 0.
+// Twin: src/discrete/newton.rs, with src/linalg/banded.rs.
 //
-// Assembled and eliminated in one walk: a front holds the blocks of the three vertices that a
-// window touches. A vertex whose last window has been added is eliminated, the front moves on by
-// one, and only what solving backwards needs is stored. Of a closed curve the first two vertices,
-// the border, are kept for the end; the walk goes on past the last vertex to two more, which are
-// the border's once more and are brought together with it.
+// One walk along the curve assembles and eliminates. A front holds the blocks of the three vertices
+// that a window touches. After the last window of a vertex has been added, the vertex is eliminated
+// and the front moves on by one. Only what back substitution needs is stored. On a closed curve the
+// first two vertices, the border, are kept for the end. The walk continues past the last vertex to
+// two more, which are the border again and are added to it.
 //:include discrete/newton/damping.wgsl
 
 struct Front {
-    // By the vertices v, v + 1 and v + 2; a01: rows of v, columns of v + 1.
+    // With respect to the vertices v, v + 1 and v + 2; a01: rows of v, columns of v + 1.
     a00: matrix,
     a01: matrix,
     a02: matrix,
     a11: matrix,
     a12: matrix,
     a22: matrix,
-    // By them (rows) and the two of the border.
+    // With respect to them (rows) and the two vertices of the border.
     b00: matrix,
     b01: matrix,
     b10: matrix,
     b11: matrix,
     b20: matrix,
     b21: matrix,
-    // By those of the border.
+    // With respect to the vertices of the border.
     c00: matrix,
     c01: matrix,
     c11: matrix,
-    // Right-hand sides, of the border too.
+    // Right-hand sides, also of the border.
     r0: vector,
     r1: vector,
     r2: vector,
@@ -43,7 +43,7 @@ struct Inverse {
     sound: bool,
 }
 
-// The inverse of a symmetric block as Σ rᵀ r / pivot over the rows r of L⁻¹, of L D Lᵀ = m; and
+// The inverse of a symmetric block as Σ rᵀ r / pivot over the rows r of L⁻¹, where m = L D Lᵀ; and
 // whether all pivots are positive.
 fn positive_inverse(m: matrix) -> Inverse {
     let p0 = m[0][0];
@@ -70,7 +70,7 @@ fn is_pivot(x: real) -> bool {
     return x > real(0) && !is_out_of_range(x);
 }
 
-// 1 where vertex v, which may be beyond the end, takes part, else 0.
+// 1 if vertex v, which may be past the end, may move, else 0.
 fn takes_part(curve: Curve, v: u32) -> real {
     if (v >= curve.vertices && curve.closed == 0u) {
         return real(0);
@@ -79,7 +79,7 @@ fn takes_part(curve: Curve, v: u32) -> real {
     return select(real(0), real(1), is_movable(curve, own));
 }
 
-// Adds what the window from vertex v on has, as far as the vertices take part.
+// Adds the blocks of the window from vertex v, for the vertices that may move.
 fn add_window(front: ptr<function, Front>, blocks: VertexBlocks, damping: vec3<real>, part: vec3<real>) {
     (*front).a00 += part.x * (blocks.v00 + diagonal(damping.x * damping.x));
     (*front).a01 += (part.x * part.y) * (blocks.v01 + diagonal(damping.x * damping.y));
@@ -125,7 +125,7 @@ fn eliminate(front: ptr<function, Front>, curve: Curve, v: u32) {
     }
 }
 
-// Keeps the front's first vertex, v, for the border.
+// Stores the front's first vertex, v, for the border.
 fn keep(front: ptr<function, Front>, v: u32) {
     if (v == 0u) {
         (*front).c00 = (*front).a00;
@@ -141,7 +141,7 @@ fn keep(front: ptr<function, Front>, v: u32) {
     }
 }
 
-// Moves the front on by a vertex.
+// Moves the front on by one vertex.
 fn move_on(front: ptr<function, Front>) {
     (*front).a00 = (*front).a11;
     (*front).a01 = (*front).a12;
@@ -160,7 +160,7 @@ fn move_on(front: ptr<function, Front>) {
     (*front).r2 = vector();
 }
 
-// Assembles and eliminates all vertices but the border.
+// Assembles and eliminates all vertices except the border.
 fn walk(curve: Curve, weights: Weights, lambda: real) -> Front {
     var front = Front();
     front.sound = true;
@@ -191,7 +191,7 @@ fn walk(curve: Curve, weights: Weights, lambda: real) -> Front {
 //:else
         add_window(&front, blocks_of(curve, w, weights, edges), damping_row(curve, w, edges, lambda), part);
 //:end
-        // A vertex that is held is the unit row.
+        // The row of a vertex that may not move is a unit row.
         var own = real(1) - part.x;
 //:if ATTACHMENT
         own += part.x * share_of(lambda) * load_stiffness(curve, v);
@@ -227,7 +227,7 @@ fn walk(curve: Curve, weights: Weights, lambda: real) -> Front {
     return front;
 }
 
-// Unknowns of the border.
+// The unknowns of the border.
 struct Border {
     x0: vector,
     x1: vector,
@@ -247,7 +247,7 @@ fn solve_border(front: Front) -> Border {
     return Border(y - u * x1, x1, first.sound && second.sound);
 }
 
-// p at the curve as it stands.
+// p at the current curve.
 fn newton_direction(curve: Curve, weights: Weights, lambda: real) -> Found {
     let is_closed = curve.closed != 0u;
     let front = walk(curve, weights, lambda);

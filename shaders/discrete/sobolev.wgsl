@@ -1,5 +1,5 @@
-// Sobolev gradients of orders 1 and 2: the metric L in the place of H, and the steps along −L⁻¹g.
-// Twin: src/discrete/sobolev.rs, which says why.
+// Sobolev gradients of orders 1 and 2: the metric L in place of H, and the steps along −L⁻¹g.
+// Twin: src/discrete/sobolev.rs, which has the reasons.
 
 const MEMORY: real = real(0.85);
 const SUFFICIENT: real = real(1e-4);
@@ -15,12 +15,12 @@ struct VertexBlocks {
 //:end
 }
 
-// What the window has of L.
+// What the window contributes to L.
 fn blocks_of(curve: Curve, w: Window, weights: Weights, edges: u32) -> VertexBlocks {
     let row = damping_row(curve, w, edges, real(1));
     var counted = diagonal(real(1));
 //:if SECOND
-    // At a data point what is across the curve.
+    // At a data point only the component across the curve counts.
     let sum = w.t0 + w.t1;
     let square = dot(sum, sum);
     var along = w.t1;

@@ -1,4 +1,5 @@
-// The surface that a curve lies in. A trial goes along the tangents and then back along the gradient.
+// The surface that a curve lies in. A trial goes along the tangents and then back along the
+// gradient.
 // Twin: src/discrete/within.rs.
 
 fn load_surface_vector(curve: Curve, number: u32) -> vector {
@@ -6,9 +7,9 @@ fn load_surface_vector(curve: Curve, number: u32) -> vector {
     return vector(load_weight(curve, at), load_weight(curve, at + 1u), load_weight(curve, at + 2u));
 }
 
-// A surface F = 0 of which SURFACE_WGSL is the text: F and its derivatives in units of the input, for the place
-// origin + size · y. A trial goes along the tangents and then along ∇F. With SURFACE_JET and SURFACE_PROJECT the text has those
-// functions itself.
+// A surface F = 0 with the text SURFACE_WGSL, which has F and its derivatives in units of the
+// input, at the position origin + size · y. With SURFACE_JET and SURFACE_PROJECT the text also has
+// those functions.
 //:if SURFACE_WGSL
 // Twin: ../surface/mod.rs
 const MOST_STEPS: u32 = 50u;
@@ -25,18 +26,18 @@ struct SurfaceJet {
 // Whether the text has left the curve to the host.
 var<private> is_left: bool;
 
-// No number: its trial is refused.
+// NaN: the trial is rejected.
 fn surface_nowhere(x: vector) -> vector {
     return vector(sqrt(real(-1) - dot(x, x)));
 }
 
-// No number, of a curve that is left to the host.
+// NaN for a curve that is left to the host.
 fn surface_left(x: vector) -> vector {
     is_left = true;
     return surface_nowhere(x);
 }
 
-// The largest of its coordinates.
+// The largest absolute coordinate.
 fn surface_reach(x: vector) -> real {
     return max(max(abs(x.x), abs(x.y)), abs(x.z));
 }
@@ -75,7 +76,7 @@ struct Frame {
     // n and W = ∇²F/|∇F|.
     normal: vector,
     shape: matrix,
-    // Where it is, and size²/|∇F|, the unit of third derivatives.
+    // The position, and size²/|∇F|, the unit of third derivatives.
     place: vector,
     unit: real,
 }
@@ -92,13 +93,13 @@ fn frame_at(surface: Surface, y: vector) -> Frame {
     return Frame(inverse * jet.gradient, unit * jet.hessian, x, surface.size * unit);
 }
 
-// The way from a place to its foot.
+// The displacement from a position to its projection onto the surface.
 fn way_back(surface: Surface, y: vector) -> vector {
     let x = surface.origin + surface.size * y;
     return (surface_project(x) - x) * (real(1) / surface.size);
 }
 //:else
-// The quadric ½ yᵀA y + b·y + c = 0 in the curve's own coordinates.
+// The quadric ½ yᵀA y + b·y + c = 0 in the coordinates of the curve.
 struct Surface {
     matrix: matrix,
     linear: vector,
@@ -122,7 +123,8 @@ fn frame_at(surface: Surface, y: vector) -> Frame {
     return Frame(inverse * gradient, inverse * surface.matrix);
 }
 
-// The way from a place to the surface along ∇F: the root of ½ a t² + s t + F = 0. Where there is none it is no number.
+// The displacement from a position to the surface along ∇F: the root of ½ a t² + s t + F = 0, or
+// NaN if there is none.
 fn way_back(surface: Surface, y: vector) -> vector {
     let product = surface.matrix * y;
     let gradient = product + surface.linear;

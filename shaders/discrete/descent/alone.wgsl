@@ -1,6 +1,7 @@
-// Descents of which each has a thread for itself. Twin: src/discrete/descent.rs.
+// Descents with one thread per curve.
+// Twin: src/discrete/descent.rs.
 
-// Of a step that was taken: the length of the curve, and g·g.
+// After an accepted step: the length of the curve, and g·g.
 struct Taken {
     length: real,
     squares: real,
@@ -14,7 +15,7 @@ fn begin(curve: Curve) {
     }
 }
 
-// Takes the step and its gradient; its edges' lengths are kept.
+// Accepts the step and its gradient, and stores the lengths of the edges.
 fn take_step(curve: Curve) -> Taken {
     var length = real(0);
     var squares = real(0);

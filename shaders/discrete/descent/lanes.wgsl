@@ -1,6 +1,7 @@
-// Descents by Newton's method, params.lanes lanes a curve: each has the chunk of vertices that it has in the block ring.
-// The first of them judges trials for all. Several curves share a workgroup, whose barriers all threads meet:
-// those of curves that have ended do nothing between.
+// Descents by Newton's method with params.lanes lanes per curve. Each lane has the same chunk of
+// vertices as in the block ring. The first lane judges trials for all. Several curves share a
+// workgroup. All threads meet its barriers; threads of curves that have ended do nothing between
+// them.
 // Twin: src/discrete/descent.rs.
 
 // A number of every thread, for the other lanes of its curve.
@@ -12,7 +13,7 @@ var<workgroup> any_runs: u32;
 //:include discrete/newton/assemble.wgsl
 //:include discrete/damped.wgsl
 
-// Of a step that was taken: the length of the curve, and g·g.
+// After an accepted step: the length of the curve, and g·g.
 struct Taken {
     length: real,
     squares: real,
@@ -34,7 +35,7 @@ fn ring_store(curve: Curve, v: u32, x: vector) {
     store_vector(curve.p, v, x);
 }
 
-// Over the lanes of a curve the sums of x, y and z, and the largest w.
+// The sums of x, y and z and the largest w over the lanes of a curve.
 fn gathered(ring: BlockRing, thread: u32, own: vec4<real>) -> vec4<real> {
     shared_row[thread] = own;
     workgroupBarrier();
@@ -58,7 +59,7 @@ fn begin(curve: Curve, ring: BlockRing) {
     }
 }
 
-// Of p at the curves as they stand: its slope, and how long it is.
+// The slope of p at the current curve, and the largest relative change of an edge.
 fn found_of(curve: Curve, ring: BlockRing, smallest: real, thread: u32) -> Found {
     var partial = vec4<real>();
     if (ring.working) {
@@ -73,7 +74,7 @@ fn found_of(curve: Curve, ring: BlockRing, smallest: real, thread: u32) -> Found
     return Found(smallest > real(0), all.x, all.w);
 }
 
-// Takes the step and its gradient.
+// Accepts the step and its gradient.
 fn take_step(curve: Curve, ring: BlockRing, thread: u32) -> Taken {
     var partial = vec4<real>();
     if (ring.working) {
@@ -102,7 +103,7 @@ fn take_step(curve: Curve, ring: BlockRing, thread: u32) -> Taken {
     return Taken(all.x, all.y);
 }
 
-// Ends a curve before its trial, if it does, by its first lane.
+// The first lane of a curve ends it before its trial, if it is done.
 fn end_all(curve: Curve, ring: BlockRing, found: Found) {
     if (ring.working && ring.lane == 0u) {
         var lane = load_lane(curve.slot);
@@ -112,8 +113,8 @@ fn end_all(curve: Curve, ring: BlockRing, found: Found) {
     storageBarrier();
 }
 
-// The verdict on a trial by a curve's first lane, to all of them. Until then what is known of the curve waits in
-// storage, not in registers.
+// The first lane of a curve judges a trial and passes the verdict to all lanes. Until then the
+// state of the curve stays in storage, not in registers.
 fn judged(curve: Curve, ring: BlockRing, found: Found, swept: vec4<real>, thread: u32) -> u32 {
     var verdict = VERDICT_AGAIN;
     if (ring.working && ring.lane == 0u) {
@@ -134,7 +135,7 @@ fn judged(curve: Curve, ring: BlockRing, found: Found, swept: vec4<real>, thread
     return verdict;
 }
 
-// The trial along a direction; its verdict is returned.
+// Makes the trial along a direction, and returns the verdict.
 fn trial_along(curve: Curve, ring: BlockRing, found: Found, thread: u32) -> u32 {
 //:if SURFACE
     if (ring.working) {
@@ -150,7 +151,7 @@ fn trial_along(curve: Curve, ring: BlockRing, found: Found, thread: u32) -> u32 
     return judged(curve, ring, found, whole, thread);
 }
 
-// One trial of the curves that run.
+// Makes one trial for every curve that is running.
 fn tick(at_step: Curve, running: BlockRing, thread: u32) {
     var curve = at_step;
     // The first trial is the base.
@@ -178,7 +179,7 @@ fn tick(at_step: Curve, running: BlockRing, thread: u32) {
     storageBarrier();
 }
 
-// Whether any thread of the workgroup runs, to all of them.
+// Tells all threads of the workgroup whether any of them runs.
 fn anyone(runs: bool, thread: u32) -> bool {
     shared_row[thread].x = select(real(0), real(1), runs);
     workgroupBarrier();
@@ -210,7 +211,7 @@ fn anyone(runs: bool, thread: u32) -> bool {
         tick(curve, ring, thread);
     }
 //:if SURFACE_WGSL
-    // All lanes of a curve that write write the same.
+    // All lanes of a curve that write this write the same value.
     if (works && is_for_host()) {
         states[curve.slot].termination = TERMINATION_STATUS_LEFT;
     }

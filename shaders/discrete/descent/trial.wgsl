@@ -1,5 +1,5 @@
-// Where a curve's rows stand in the arrays of descent.wgsl, and the curve as a trial or as it
-// stands.
+// The layout of a curve's rows in the arrays of descent.wgsl, and access to the trial and to the
+// current curve.
 
 //:if ATTACHMENT
 const TAUT_AT: u32 = 3u * $DIMu + 7u;
@@ -11,13 +11,13 @@ const PENALTIES_AT: u32 = TAUT_AT + 1u;
 //:else
 const PENALTIES_AT: u32 = TAUT_AT;
 //:end
-// The penalties of a vertex follow each other, as many as the energy holds, and then its region penalties.
+// The penalties of a vertex are stored one after the other, then its region penalties.
 //:if PENALTIES
 const REGIONS_AT: u32 = PENALTIES_AT + 3u * $PENALTIESu;
 //:else
 const REGIONS_AT: u32 = PENALTIES_AT;
 //:end
-// Numbers of a row of `fixed`.
+// Numbers per row of `fixed`.
 //:if REGIONS
 const REGION_NUMBERS: u32 = 2u * $DIMu + 5u;
 const PLACE_AT: u32 = REGIONS_AT + $REGIONSu * REGION_NUMBERS;
@@ -78,7 +78,7 @@ fn store_vector(section: u32, v: u32, x: vector) {
 //:end
 }
 
-// Matrix k of a section, column after column.
+// Matrix k of a section, column by column.
 fn work_matrix(section: u32, k: u32) -> matrix {
 //:if SPATIAL
     return matrix(
@@ -139,7 +139,7 @@ fn end_of(curve: Curve, j: u32) -> u32 {
 }
 
 //:if SURFACE
-// Vertices first … last − 1 of u + αp, moved back to the surface.
+// Moves vertices first … last − 1 of u + αp back to the surface.
 fn move_back(curve: Curve, first: u32, last: u32) {
     let surface = load_surface(curve);
     for (var v = first; v < last; v++) {
@@ -149,7 +149,7 @@ fn move_back(curve: Curve, first: u32, last: u32) {
     }
 }
 
-// The trial, which has been moved back.
+// The trial, after it has been moved back.
 fn trial(curve: Curve, v: u32) -> vector {
     return work_vector(curve.moved, v);
 }
@@ -162,19 +162,19 @@ fn store_push(curve: Curve, v: u32, push: real) {
     work[curve.trial_push + v * $SIDEu] = select(real(0), push, is_movable(curve, v));
 }
 
-// The trial's n·g becomes that of the curve.
+// Replaces n·g of the curve by n·g of the trial.
 fn take_push(curve: Curve, v: u32) {
     work[curve.push + v * $SIDEu] = work[curve.trial_push + v * $SIDEu];
 }
 
-// The frame at vertex v, which goes on past the last, of the curve as it stands.
+// The frame of the current curve at vertex v, which may be past the last.
 fn current_frame(curve: Curve, surface: Surface, v: i32) -> Frame {
     let row = vertex_row(curve, v);
     return frame_at(surface, load_place(curve, row) + displacement(curve, row));
 }
 
-// What the surface adds to the block of vertex v with itself: −(n·g) W in its plane, and 1 along its normal, which
-// a vertex without a window has from nothing else.
+// The block that the surface adds to the diagonal at vertex v: −(n·g) W in the tangent plane, and 1
+// along the normal, where a vertex without a window has no other stiffness.
 fn bend_of_surface(curve: Curve, v: u32, frame: Frame) -> matrix {
     let push = work[curve.push + v * $SIDEu];
     return in_planes(frame.normal, -push * frame.shape, frame.normal) + outer(frame.normal, frame.normal);
@@ -190,7 +190,7 @@ fn load_edge(curve: Curve, j: u32) -> vector {
     return fixed_vector(curve, j, 0u) + (trial(curve, end_of(curve, j)) - trial(curve, j));
 }
 
-// An edge of the curve as it stands.
+// An edge of the current curve.
 fn current_edge(curve: Curve, j: u32) -> vector {
     return fixed_vector(curve, j, 0u) + (displacement(curve, end_of(curve, j)) - displacement(curve, j));
 }
@@ -235,12 +235,12 @@ fn load_offset(curve: Curve, v: u32) -> vector {
     return trial(curve, v) - fixed_vector(curve, v, $DIMu + 2u);
 }
 
-// f − p of the curve as it stands.
+// f − p of the current curve.
 fn current_offset(curve: Curve, v: u32) -> vector {
     return displacement(curve, v) - fixed_vector(curve, v, $DIMu + 2u);
 }
 
-// What the inner product holds vertex v with.
+// The stiffness of vertex v in the inner product.
 fn load_stiffness(curve: Curve, v: u32) -> real {
     return fixed[fixed_at(curve, v, 2u * $DIMu + 2u)];
 }
@@ -257,7 +257,7 @@ fn load_anchor(curve: Curve, v: u32) -> Anchor {
 }
 //:end
 
-// The trial's gradient. It waits in x for the step to be taken: if it is not, the next trial needs
+// Stores the trial's gradient in x until the step is accepted. If it is not, the next trial needs
 // g.
 fn store_gradient(curve: Curve, v: u32, gradient: vector) {
     store_vector(curve.x, v, select(vector(), gradient, is_movable(curve, v)));

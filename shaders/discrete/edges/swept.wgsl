@@ -1,4 +1,5 @@
-// What a sweep sums over its vertices: energies, the regularisation apart, and the slope along a direction.
+// The sums of a sweep: the energy, the regularisation apart from it, and the slope along a
+// direction.
 struct Swept {
     energy: real,
     regularisation: real,

@@ -1,12 +1,13 @@
-// The blocks of H + λL by a lane's chunk of vertices, for the block ring: a vertex with itself and with the next
-// $REACH. Windows that begin before the chunk are computed again. Twin: src/discrete/newton.rs.
+// The blocks of H + λL for a lane's chunk of vertices, for the block ring: a vertex with itself and
+// with the next $REACH. Each lane computes the windows that begin before its chunk once more.
+// Twin: src/discrete/newton.rs.
 //:include discrete/newton/damping.wgsl
 
 fn block_at(curve: Curve, v: u32, k: u32) -> u32 {
     return curve.blocks + ($VERTICESu * v + k) * $DIMu * $DIMu * $SIDEu;
 }
 
-// Adds to a block of the chunk; those of other chunks are not the lane's.
+// Adds to a block if it belongs to the lane's chunk.
 fn add_to_block(curve: Curve, ring: BlockRing, v: i32, k: u32, x: matrix) {
     if (v >= i32(ring.begin) && v < i32(ring.end)) {
         let at = block_at(curve, u32(v), k);
@@ -75,7 +76,7 @@ fn assemble(curve: Curve, ring: BlockRing, weights: Weights, lambda: real) {
         let blocks = blocks_of(curve, w, weights, edges);
         let row = damping_row(curve, w, edges, lambda);
 //:end
-        // Blocks in memory spare registers.
+        // Blocks in memory save registers.
 //:unroll a 0..$VERTICES
 //:unroll b $a..$VERTICES
         add_to_block(curve, ring, j + $a, $bu - $au, blocks.v$a$b + diagonal(row[$a] * row[$b]));

@@ -1,4 +1,5 @@
-// What a window has of H + λL: its blocks of H, and its row of L. Twin: src/discrete/newton.rs.
+// What a window contributes to H + λL: its blocks of H, and its row of L.
+// Twin: src/discrete/newton.rs.
 //:if SOBOLEV
 //:include discrete/sobolev.wgsl
 //:else
@@ -8,15 +9,16 @@ fn blocks_of(curve: Curve, w: Window, weights: Weights, edges: u32) -> VertexBlo
     return vertex_blocks(w, weights, edges);
 }
 
-// How much L counts.
+// The weight of L.
 fn share_of(lambda: real) -> real {
     return lambda;
 }
 //:end
 //:if SURFACE
 
-// The blocks of H + λL in the tangent planes of the window's vertices, for the row of L. Along the normals they get a
-// stiffness as large as the others, which rounding cannot make negative; nothing pulls there.
+// The blocks of H + λL in the tangent planes of the window's vertices, given the row of L. Along
+// the normals they get a stiffness as large as the others, which rounding cannot make negative; no
+// force acts along the normals.
 fn in_tangent_planes(curve: Curve, w: Window, edges: u32, blocks: VertexBlocks, row: vec3<real>, normals: array<vector, 3>) -> VertexBlocks {
     var planes = VertexBlocks();
     let stiffness = select(real(0), curve.highest * real(2) / (w.s0 + w.s1) * w.r0 * w.r1, edges >= 2u);
@@ -31,7 +33,7 @@ fn in_tangent_planes(curve: Curve, w: Window, edges: u32, blocks: VertexBlocks, 
 //:end
 
 //:if THIRD
-// √(λ w Δs) times the row of D₃ in this window: 0 where it has no third edge.
+// √(λ w Δs) times the row of D₃ in this window, 0 if it has no third edge.
 fn damping_row(curve: Curve, w: Window, edges: u32, lambda: real) -> vec4<real> {
     if (edges < 3u) {
         return vec4<real>();
@@ -45,7 +47,7 @@ fn damping_row(curve: Curve, w: Window, edges: u32, lambda: real) -> vec4<real> 
 }
 //:else
 //:if FIRST
-// √(λ w Δs) times the row of D₁ in this window: 0 where it has no edge.
+// √(λ w Δs) times the row of D₁ in this window, 0 if it has no edge.
 fn damping_row(curve: Curve, w: Window, edges: u32, lambda: real) -> vec3<real> {
     if (edges < 1u) {
         return vec3<real>();
@@ -54,7 +56,7 @@ fn damping_row(curve: Curve, w: Window, edges: u32, lambda: real) -> vec3<real> 
     return vec3<real>(-root, root, real(0));
 }
 //:else
-// √(λ w Δa) times the row of D₂ in this window: 0 where it has no second edge.
+// √(λ w Δa) times the row of D₂ in this window, 0 if it has no second edge.
 fn damping_row(curve: Curve, w: Window, edges: u32, lambda: real) -> vec3<real> {
     if (edges < 2u) {
         return vec3<real>();
