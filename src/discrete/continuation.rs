@@ -1,19 +1,19 @@
-//! Continuation in the exponent ν of bending: exponents far from 2 are approached in stages, each of which starts where the
-//! one before ended.
+//! Continuation in the exponent ν of bending. Exponents far from 2 are approached in stages, and
+//! each stage starts from the result of the one before.
 //!
-//! For large ν the sharpest bend has nearly all the energy, and the Hessian says nothing about the others.
+//! For large ν the sharpest bend holds nearly all of the energy, and the Hessian contains almost no
+//! information about the others.
 
 use super::energy::{Energy, nearer};
 use super::fallback;
 use super::problem::{Outcome, Problem};
 use super::queue::{CurveFit, Goal};
 
-/// The tolerance of the norm of the gradient in all stages but the last.
-///
-/// It is near enough for the next to start from.
+/// The tolerance of the gradient norm in all stages but the last, which only need a good start for
+/// the next.
 const STAGE_TOLERANCE: f64 = 1e-2;
 
-/// The most iterations of all stages but the last.
+/// The most iterations of every stage but the last.
 const STAGE_ITERATIONS: u32 = 40;
 
 /// Descends through the stages to the energy itself.
@@ -37,9 +37,9 @@ pub(super) async fn descend<const D: usize>(
 }
 
 impl<const D: usize> Problem<D> {
-    /// The problem of [`Energy::within`].
+    /// The problem of [`Energy::within`] for this bound of the exponents.
     ///
-    /// All exponents weigh the same where the curve has its mean curvature.
+    /// Weights are scaled so that the energy density at the mean curvature does not change.
     fn within(&self, energy: &Energy, bound: f64) -> Problem<D> {
         let mut problem = self.clone();
         problem.tolerance = problem.tolerance.max(STAGE_TOLERANCE);

@@ -1,4 +1,5 @@
-//! Descents on a GPU, by dispatches of `shaders/discrete/descent.wgsl` until no curve is running.
+//! Descents on a GPU: repeated dispatches of `shaders/discrete/descent.wgsl` until no curve is
+//! running.
 
 mod forms;
 mod lanes;
@@ -28,13 +29,13 @@ use crate::precision::Precision;
 use crate::sort;
 use crate::surface::{Surface, SurfaceKernel};
 
-/// Threads in a workgroup: a whole wave of the widest hardware.
+/// Threads per workgroup: a whole wave on the widest hardware.
 pub(crate) const GROUP: usize = 64;
 
-/// The most ticks in a dispatch: what a gentle curve needs in f32 in all.
+/// The most ticks per dispatch. A gentle curve in f32 needs no more than this in total.
 ///
-/// Curves that go on are packed together after each dispatch. On a software driver this is a tenth
-/// faster than four times as many ticks.
+/// Unfinished curves are compacted after each dispatch. On a software driver this is 10 % faster
+/// than four times as many ticks.
 const MOST_TICKS: u32 = 16;
 
 /// `DescentParams` of `descent.wgsl`.
@@ -67,7 +68,7 @@ pub(crate) struct DescentState {
     pub most_iterations: u32,
 }
 
-/// The standings by the kernel's codes.
+/// The termination statuses that the kernel reports, by their codes.
 ///
 /// The code is 0 before the first tick.
 const TERMINATIONS: [TerminationStatus; 6] = [
@@ -79,11 +80,11 @@ const TERMINATIONS: [TerminationStatus; 6] = [
     TerminationStatus::Broken,
 ];
 
-/// The arrays of a chunk that are read back.
+/// The arrays of a chunk that are downloaded.
 const WANTED: [&str; 3] = ["states", "lanes", "displacements"];
 
-/// The number of curves side by side in memory: one per thread of a workgroup, or a single one if
-/// lanes share it.
+/// The number of curves interleaved in memory: one per thread of a workgroup, or a single one if
+/// several lanes share it.
 fn side(lanes: usize) -> usize {
     if lanes == 1 { GROUP } else { 1 }
 }
@@ -105,26 +106,27 @@ pub(crate) fn descent_kernel(composition: &Composition, plan: &Plan, lanes: usiz
     KernelKey { path: "discrete/descent.wgsl", entry: "descend", precision, definitions }
 }
 
-/// How many vertices before and after it a vertex is coupled with.
+/// The number of vertices on either side that a vertex is coupled with.
 fn reach(plan: &Plan) -> usize {
     plan.order.max(2)
 }
 
 /// Descends every curve from its base.
 ///
-/// The CPU descends some curves in f64:
+/// The CPU descends some curves in f64, among them:
 ///
-/// - curves too long for a thread, where lanes do not share them;
-/// - curves in surfaces whose text leaves them, or turns loops too often;
-/// - curves of order 3 in f32, which has too few digits, and by Sobolev gradients;
-/// - curves of energies whose terms couple more vertices than the inner product does.
+/// - curves too long for one thread, if lanes do not share them;
+/// - curves in surfaces whose WGSL code gives up or needs too many loop turns;
+/// - curves of order 3, if the precision is f32 (too few digits) or the solver uses Sobolev
+///   gradients;
+/// - curves whose energy has terms that couple more vertices than the inner product.
 ///
-/// If the device is lost, finished curves are kept. The others come out as [`TerminationStatus::Running`] at
-/// their bases.
+/// If the device is lost, finished curves are kept. The others are [`TerminationStatus::Running`]
+/// at their bases.
 ///
 /// # Errors
 /// [`Error::Argument`] for an energy that cannot be compiled into a kernel. Errors of submissions,
-/// if nothing was finished.
+/// if no curve was finished.
 pub(crate) fn descend_on_gpu<const D: usize>(
     gpu: &Gpu,
     precision: Precision,
@@ -145,15 +147,15 @@ pub(crate) struct Run<'a, const D: usize> {
     pub energy: &'a Energy,
     pub problems: &'a [&'a Problem<D>],
     pub most_ticks: u32,
-    /// Lanes a curve, if they are not to be chosen.
+    /// The number of lanes per curve; `None` to choose it.
     pub lanes: Option<usize>,
 }
 
 impl<const D: usize> Run<'_, D> {
-    /// Descends.
+    /// Descends all curves.
     ///
-    /// `progress` is told the number of further curves that have ended on the device. `ended` is
-    /// told of each curve when it is back.
+    /// `progress` receives the number of curves that have just ended on the device. `ended`
+    /// receives each curve when it has been downloaded.
     pub fn descend(&self, progress: &mut dyn FnMut(usize), ended: Ended<'_, D>) -> Result<Vec<Outcome<D>>> {
         let problems = self.problems;
         let open = self.open_lanes(self.composition(&[])?.edges());
@@ -179,14 +181,15 @@ impl<const D: usize> Run<'_, D> {
 
     /// The numbers of lanes that curves of this run may have, in increasing order.
     ///
-    /// `edges` is the most that a term sees.
+    /// `edges` is the largest number of edges that a term depends on.
     fn open_lanes(&self, edges: usize) -> Vec<usize> {
         let order = reach(self.plan);
-        // A term of weight 0 may couple more vertices than the inner product does.
+        // A term of weight 0 may couple more vertices than the inner product.
         if edges != order {
             return vec![];
         }
-        // Hardware has the registers for penalties in lanes alone, as for spatial curves.
+        // Penalties need as many registers as spatial curves: hardware has them only if lanes share
+        // a curve.
         let dimension = if self.energy.has_limits() { 3 } else { D };
         match self.lanes.or(self.gpu.lanes()) {
             Some(lanes) => vec![lanes],
@@ -194,7 +197,7 @@ impl<const D: usize> Run<'_, D> {
         }
     }
 
-    /// The number of lanes that takes the least time for these curves, noted.
+    /// Chooses and notes the number of lanes that takes the least time for these curves.
     fn choose(&self, possible: &[usize], curves: &[usize]) -> usize {
         let longest = curves.iter().map(|&i| self.problems[i].vertices()).max().unwrap_or(0);
         let lanes = fastest(possible, reach(self.plan), self.gpu.summary(), curves.len(), longest);
@@ -211,7 +214,7 @@ impl<const D: usize> Run<'_, D> {
         local.map(|local| &*local.surface)
     }
 
-    /// The table of the surface. Nothing if no binding of the device has room for it.
+    /// The table of the surface. `None` if it exceeds the device's largest binding.
     fn table(&self) -> Option<Vec<f64>> {
         let table = self.surface().and_then(Surface::kernel).map(SurfaceKernel::table).unwrap_or_default();
         let bytes = table.len() as u64 * self.precision.bytes();
@@ -220,9 +223,9 @@ impl<const D: usize> Run<'_, D> {
 
     fn is_for_kernel(&self, i: usize) -> bool {
         let (order, problem) = (self.plan.order, self.problems[i]);
-        // A triangle has no room for the third derivative, and the regularisation is of order 2.
+        // A triangle has no third derivative, and the regularisation is of order 2.
         let has_order = order_of(order.max(2), problem.closed, problem.vertices()) == order.max(2);
-        // A curve that nothing holds slides along itself, which the host damps.
+        // A curve without pins and attachments slides along itself. Only the CPU damps this.
         let is_in_surface = problem.surface.as_ref().is_none_or(|surface| {
             has_kernel(&*surface.surface, self.precision, self.gpu.limits())
                 && order == 2
@@ -235,7 +238,7 @@ impl<const D: usize> Run<'_, D> {
             && is_in_surface
     }
 
-    /// The energy for the kernel, with an attachment where any curve has attached points.
+    /// The energy for the kernel, with an attachment if any curve has attached points.
     fn composition(&self, curves: &[usize]) -> Result<Composition> {
         let mut energy = self.energy.clone();
         let names = energy.is_attached();
@@ -252,7 +255,7 @@ impl<const D: usize> Run<'_, D> {
     }
 }
 
-/// The outcome of a curve before anything was found.
+/// The outcome of a curve that has not been descended.
 fn unfinished<const D: usize>(problem: &Problem<D>) -> Outcome<D> {
     Outcome::moved(vec![[0.0; D]; problem.vertices()])
 }
@@ -261,7 +264,7 @@ struct Job<'a, const D: usize> {
     run: &'a Run<'a, D>,
     composition: Composition,
     lanes: usize,
-    /// What the text of the surface reads.
+    /// The table that the WGSL code of the surface reads.
     table: Vec<f64>,
 }
 
@@ -278,7 +281,7 @@ impl<'a, const D: usize> Job<'a, D> {
         let members = |groups: &Range<usize>| &order[groups.start * side..(groups.end * side).min(order.len())];
         let words = order.chunks(side).map(|group| self.layout(group).work.max(1));
         let real = self.run.precision.bytes();
-        // All arrays together are less than twice the largest.
+        // All arrays together are smaller than twice the largest.
         let chunks = plan::chunks(words, real, 2 * real, gpu.limits())?;
         let done = pipeline(
             chunks,
@@ -317,7 +320,7 @@ impl<'a, const D: usize> Job<'a, D> {
         Rounds::start::<DescentState>(of_curves, recording, (layout, arrays), |r, l, a, s| self.round(r, l, a, s))
     }
 
-    /// Lets the listed curves descend by as many ticks as fit.
+    /// Descends the listed curves by as many ticks as fit.
     fn round(
         &self,
         recording: &mut Recording<'a>,

@@ -1,14 +1,15 @@
-//! [`Groups`]: the curves of a fit in groups, which one thread takes or which descend side by side.
+//! [`Groups`]: the curves of a fit in groups that one thread takes, or that descend side by side.
 
-/// Curves by their numbers, group after group.
+/// The indices of curves, group after group.
 pub(super) struct Groups {
     order: Vec<usize>,
-    /// Where each group begins in the order, and where the last ends.
+    /// The start of each group in `order`, and the end of the last.
     offsets: Vec<usize>,
 }
 
 impl Groups {
-    /// Cuts an order into groups. `is_full` says of a group so far whether the next curve begins another.
+    /// Cuts an order into groups. `is_full` is called with the group so far and the next curve, and
+    /// says whether that curve begins a new group.
     pub fn of(order: Vec<usize>, mut is_full: impl FnMut(&[usize], usize) -> bool) -> Self {
         let (mut offsets, mut first) = (vec![0], 0);
         for k in 1..order.len() {
@@ -29,7 +30,7 @@ impl Groups {
         &self.order[self.offsets[k]..self.offsets[k + 1]]
     }
 
-    /// Brings what was found, group after group, into the order of the curves.
+    /// Sorts results from group order into curve order.
     pub fn restore<T>(&self, found: impl Iterator<Item = T>) -> Vec<T> {
         let mut all: Vec<Option<T>> = self.order.iter().map(|_| None).collect();
         self.order.iter().zip(found).for_each(|(&i, found)| all[i] = Some(found));

@@ -1,15 +1,16 @@
-//! The way of one curve to a minimum near: through the [continuation] in ν, with the [fallback](rough) of rough curves, and
-//! from f32 to f64.
+//! Finds a nearby minimum for one curve, by [continuation] in ν, the [fallback] for rough curves,
+//! and a final descent in f64 after f32.
 
 use super::problem::Outcome;
 use super::queue::{CurveFit, Goal};
 use super::setup::PreparedCurve;
 use super::{continuation, fallback};
 
-/// Descends to a minimum near.
+/// Descends to a nearby minimum.
 ///
-/// f32 may leave a curve short of its minimum. Where the precision is left to the program, the CPU finishes such curves in f64,
-/// and also curves whose edges are too fine for f32. Newton's method takes an iteration or two.
+/// f32 may leave a curve short of its minimum. If the precision is chosen automatically, the CPU
+/// finishes such curves in f64, and also curves whose edges are too fine for f32. Newton's method
+/// then takes one or two iterations.
 pub(super) async fn minimise<const D: usize>(
     curve: &CurveFit<'_, D>,
     mut ready: PreparedCurve<D>,

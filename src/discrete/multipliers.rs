@@ -1,33 +1,36 @@
-//! The method of multipliers: the least energy of one curve subject to constraints.
+//! The method of multipliers: minimises the energy of one curve subject to constraints.
 //!
 //! ```text
-//! descent with the constraints' terms ─► next multipliers ─► descent … ─► the least energy within the constraints
+//! descent with the constraints' terms ─► next multipliers ─► descent … ─► the constrained minimum
 //! ```
 //!
-//! For multipliers y the curve descends its energy with a term for each constraint c ≥ 0. The next multipliers follow from where
-//! it ends. Where the curve goes along a constraint, y is the force that keeps it there. Everywhere else y is 0.
+//! Each descent minimises the energy plus a term for every constraint c ≥ 0 with its multiplier y.
+//! The result determines the next multipliers. At an active constraint y is the force that keeps
+//! the curve there. Otherwise y is 0.
 //!
-//! Source: R. T. Rockafellar, *The multiplier method of Hestenes and Powell applied to convex programming* (1973).
+//! Source: R. T. Rockafellar, *The multiplier method of Hestenes and Powell applied to convex
+//! programming* (1973).
 
 use super::minimise::minimise;
 use super::problem::{Outcome, Problem};
 use super::queue::{CurveFit, Goal};
 use super::setup::PreparedCurve;
 
-/// The multipliers of constraints of one kind.
+/// The multipliers of one kind of constraint.
 pub(super) trait Multipliers<const D: usize> {
-    /// Takes the next multipliers, where the curve stands at its base.
+    /// Updates the multipliers for the curve at its base.
     fn update(&mut self, problem: &mut Problem<D>);
 
-    /// The largest violation of a constraint, or of its multiplier, in units of the constraint.
+    /// The largest violation of a constraint or of its complementarity condition, in units of the
+    /// constraint.
     ///
-    /// A multiplier violates too where the curve keeps the constraint with room: it must be 0.
+    /// The multiplier of an inactive constraint must be 0.
     fn violation(&self) -> f64;
 
-    /// Whether the multipliers are known well enough for a descent to the method's tolerance.
+    /// Whether the multipliers are accurate enough for a descent to the method's tolerance.
     fn is_settled(&self) -> bool;
 
-    /// Whether rounds do not lead nearer to the constraints any more.
+    /// Whether further rounds will not reduce the violation.
     fn is_given_up(&self) -> bool {
         false
     }
@@ -35,38 +38,38 @@ pub(super) trait Multipliers<const D: usize> {
     /// The energy of the constraints' terms at the base.
     fn energy(&self, problem: &Problem<D>) -> f64;
 
-    /// The norm of the gradient that rounding of the terms may leave.
+    /// The gradient norm that rounding of the terms may leave.
     fn rounding(&self, _problem: &Problem<D>) -> f64 {
         0.0
     }
 }
 
-/// The tolerances of rounds, and how many there may be.
+/// The tolerances and numbers of rounds.
 pub(super) struct Schedule {
-    /// The largest tolerance, but for the first round.
+    /// The largest tolerance after the first round.
     pub roughly: f64,
     /// The tolerance of the next round in units of √(E/n) v, for n edges and the violation v.
     pub of_violation: f64,
     /// The most rounds.
     pub rounds: u32,
-    /// The most iterations of a round but for the last.
+    /// The most iterations of a round, except the last.
     pub iterations: u32,
 }
 
-/// A curve between rounds.
+/// The state of a curve between rounds.
 pub(super) struct Constrained<const D: usize> {
     pub ready: PreparedCurve<D>,
-    /// All descents.
+    /// The sum of all descents.
     pub outcome: Option<Outcome<D>>,
     pub rounds: u32,
-    /// Whether the last round ended where a next one could begin.
+    /// Whether the last round ended in a state from which another can start.
     pub may_go_on: bool,
-    /// Whether the last round was to the method's tolerance, with multipliers that are known.
+    /// Whether the last round reached the method's tolerance with settled multipliers.
     pub is_done: bool,
 }
 
 impl<const D: usize> Constrained<D> {
-    /// A curve at its base, which the descents so far have led to.
+    /// A curve at its base. `outcome` are the descents that led there.
     pub fn new(ready: PreparedCurve<D>, outcome: Option<Outcome<D>>) -> Self {
         Constrained { ready, outcome, rounds: 0, may_go_on: true, is_done: false }
     }
@@ -114,7 +117,7 @@ impl<const D: usize> Constrained<D> {
         all.iter().map(|own| own.rounding(&self.ready.problem)).fold(tolerance, f64::max)
     }
 
-    /// Appends a round, whose energy is without the constraints' terms.
+    /// Appends a round. Its energy is stored without the constraints' terms.
     fn take(&mut self, outcome: Outcome<D>, all: &[&mut (dyn Multipliers<D> + Send)]) {
         let problem = &mut self.ready.problem;
         problem.rebase(&outcome.displacements);

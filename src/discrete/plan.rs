@@ -1,4 +1,4 @@
-//! [`Plan`]: the instructions of a descent.
+//! [`Plan`]: the solver of a descent, with the orders of its inner product and regularisation.
 
 use crate::words::words;
 
@@ -6,15 +6,16 @@ use crate::words::words;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Solver {
-    /// −(H + λL)⁻¹g with the Hessian H and the Sobolev inner product L.
+    /// Newton's method: −(H + λL)⁻¹g with the Hessian H and the Sobolev inner product L.
     ///
-    /// λ ≥ 0 damps as far as necessary. Energies of order 1, length and tension, of curves through
-    /// their points have Sobolev gradients all the same.
+    /// The damping λ ≥ 0 is as small as possible. Interpolating curves with energies of order 1
+    /// (length and tension) always use Sobolev gradients.
     #[default]
     Newton,
-    /// −αL⁻¹g, where L⁻¹g is the Sobolev gradient and α the step of Barzilai and Borwein.
+    /// Sobolev gradients: −αL⁻¹g, with the Barzilai–Borwein step α.
     ///
-    /// It needs first derivatives alone, and 5 to 17 times as many iterations through pinned points.
+    /// It needs only first derivatives, but takes 5 to 17 times as many iterations for
+    /// interpolating curves.
     Sobolev,
 }
 
@@ -23,12 +24,13 @@ words!(Solver, "solver": [
     (Sobolev, "sobolev", "Steepest descent along Sobolev gradients"),
 ]);
 
-/// The instructions of a descent.
+/// The solver and the orders of a descent.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Plan {
     pub solver: Solver,
     /// The order of the inner product, 1 to 3.
     pub order: usize,
-    /// The kind of the regularisation: 0 for none, 1 of differences, 2 of ratios, 3 of second differences.
+    /// The kind of regularisation: 0 for none, 1 for differences, 2 for ratios, 3 for second
+    /// differences.
     pub regularisation: usize,
 }

@@ -1,6 +1,6 @@
-//! [`Problem`]: one curve ready to descend.
+//! [`Problem`]: the minimisation problem of one curve, and descents of many of them on the CPU.
 //!
-//! The CPU descends many side by side in lanes.
+//! The CPU descends several curves side by side in lanes.
 
 use std::f64::consts::TAU;
 
@@ -18,22 +18,23 @@ use crate::linalg::{Lanes, Real, Scalar, has_wide_registers};
 use crate::parallel;
 use crate::sort;
 
-/// Curves side by side on the CPU, as many as one AVX2 register holds f64 numbers.
+/// The number of lanes on the CPU: the f64 numbers in one AVX2 register.
 pub(super) const LANES: usize = 4;
 
-/// Curves of more edges descend alone.
+/// Curves with more edges than this descend alone.
 ///
 /// Side by side their arrays leave the caches, which costs more than lanes save.
 const LONG: usize = 16_384;
 
-/// A span of fewer edges may have to turn by more than 90° at a vertex.
+/// A span of fewer edges may turn by more than 90° at a vertex without folding.
 ///
-/// A loop in it turns by more than 45° at every one, if all are alike.
+/// A loop in such a span turns by more than 45° at every vertex if all turns are equal.
 const FEW: usize = 8;
 
-/// The least λ of closed curves in surfaces that nothing holds.
+/// The least λ of closed curves in surfaces without pins and attachments.
 ///
-/// Sliding along itself, and along symmetries of the surface, costs a curve nothing.
+/// Sliding such a curve along itself and along symmetries of the surface does not change its
+/// energy.
 const SLIDING: f64 = 1e-7;
 
 /// See [`Outcome::rest`].
@@ -43,72 +44,73 @@ const AT_REST: f64 = 16.0;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Problem<const D: usize> {
     pub closed: bool,
-    /// Edges of the base curve, where displacements are 0.
+    /// The edges of the base curve, from which displacements are measured.
     pub base: Vec<Vector<f64, D>>,
-    /// Rows of the vertices that stand for data points, increasing.
+    /// The indices of the vertices at data points, in increasing order.
     pub data: Vec<u32>,
-    /// Rows of the pinned vertices, increasing.
+    /// The indices of the pinned vertices, in increasing order.
     pub pinned: Vec<u32>,
     /// Attached vertices.
     pub attached: Vec<Attached<D>>,
     /// The weight of each term of the energy at size 1.
     pub weights: Vec<f64>,
     pub regularisation: f64,
-    /// The factors of differences of edge lengths in the regularisation at each vertex.
+    /// The factors of edge-length differences in the regularisation at each vertex.
     ///
     /// 0 at data points.
     pub free: Vec<f64>,
-    /// 1/w² of every edge, with w the width of its span at size 1; empty where the energy does not ask for it.
+    /// 1/w² of every edge, with w the width of its span at size 1; empty if the energy does not
+    /// need it.
     pub taut: Vec<f64>,
     /// The penalties of each kind at each vertex; empty without limits.
     pub penalties: [Vec<Penalty<f64>>; LIMIT_KINDS],
     /// The region penalties of each vertex, one per layer; empty without regions.
     pub regions: Vec<Vec<RegionPenalty<f64, D>>>,
-    /// What keeps the area that it encloses, in the plane.
+    /// The constraint on the enclosed area of a planar curve.
     pub enclosing: Enclosing<f64>,
-    /// Where each vertex of the base lies, from the first vertex of the start on; empty without limits of places and
-    /// without a surface.
+    /// The position of each vertex of the base relative to the first vertex of the start; empty
+    /// without region constraints and surface.
     pub places: Vec<Vector<f64, D>>,
-    /// The surface that the curve lies in.
+    /// The surface in which the curve lies.
     pub surface: Option<Local>,
     /// The weight of the highest derivative in the inner product.
     pub highest: f64,
-    /// The root mean square of |K| at the start, where |κ|^ν and κ² weigh the same.
+    /// The root mean square of |K| at the start, at which |κ|^ν and κ² weigh the same.
     pub curvature: f64,
-    /// The tolerance of the norm of the gradient.
+    /// The tolerance of the gradient norm.
     pub tolerance: f64,
-    /// The length beyond which a curve has run away.
+    /// The length beyond which the curve counts as unbounded.
     ///
-    /// Infinite where the energy bounds the length.
+    /// Infinite if the energy bounds the length.
     pub longest: f64,
-    /// The most accepted steps.
+    /// The largest number of accepted steps.
     pub most_iterations: u32,
-    /// Whether [short edges](super::constrain) give tangents.
+    /// Whether tangents are given by [short edges](super::constrain).
     pub has_tangents: bool,
 }
 
-/// A vertex that is held near a data point.
+/// A vertex attached to a data point.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Attached<const D: usize> {
     pub row: u32,
-    /// The displacement of the data point.
+    /// The data point, as a displacement of the vertex.
     pub target: Vector<f64, D>,
-    /// What the inner product holds the vertex with.
+    /// The weight of the vertex in the inner product.
     pub stiffness: f64,
     pub anchor: Anchor<f64, D>,
 }
 
 impl<const D: usize> Attached<D> {
-    /// A vertex at a spring.
+    /// A vertex attached by a spring.
     pub fn spring(row: u32, weight: f64, target: Vector<f64, D>) -> Self {
         Attached { row, target, stiffness: weight, anchor: Anchor { spring: weight, ..Anchor::NONE } }
     }
 }
 
-/// The end of a descent.
+/// The result of a descent.
 #[derive(Clone, Debug)]
 pub(crate) struct Outcome<const D: usize> {
-    /// Displacements of the vertices from the base.
+    /// The displacements of the vertices from the base.
     pub displacements: Vec<Vector<f64, D>>,
     pub termination: TerminationStatus,
     /// The energy without the regularisation.
@@ -116,14 +118,14 @@ pub(crate) struct Outcome<const D: usize> {
     /// The decrement √(−g·p).
     pub norm: f64,
     pub iterations: u32,
-    /// Evaluations of the energy and its gradient.
+    /// The number of evaluations of the energy and its gradient.
     pub evaluations: u32,
-    /// Whether the CPU descended, in part or wholly.
+    /// Whether the CPU did all or part of the descent.
     pub on_cpu: bool,
 }
 
 impl<const D: usize> Outcome<D> {
-    /// A move without a descent.
+    /// A displacement without a descent.
     pub fn moved(displacements: Vec<Vector<f64, D>>) -> Self {
         Outcome {
             displacements,
@@ -136,7 +138,7 @@ impl<const D: usize> Outcome<D> {
         }
     }
 
-    /// Appends a descent that started where this one ended.
+    /// Appends a descent that started from the result of this one.
     pub fn go_on(&mut self, after: Outcome<D>) {
         let sum = self.displacements.iter().zip(&after.displacements).map(|(before, after)| add(*before, *after));
         let displacements = sum.collect();
@@ -146,7 +148,7 @@ impl<const D: usize> Outcome<D> {
         *self = Outcome { displacements, iterations, evaluations, on_cpu, ..after };
     }
 
-    /// Whether another descent can start from this curve.
+    /// Whether another descent can start from this result.
     pub fn leads_on(&self) -> bool {
         matches!(
             self.termination,
@@ -154,12 +156,12 @@ impl<const D: usize> Outcome<D> {
         )
     }
 
-    /// Whether the descent ended by rounding or by the number of iterations.
+    /// Whether rounding or the number of iterations ended the descent.
     pub fn is_short(&self) -> bool {
         matches!(self.termination, TerminationStatus::Exhausted | TerminationStatus::Stalled)
     }
 
-    /// Whether the descent may go on by other means.
+    /// Whether a descent by other means may improve the result.
     pub fn is_open(&self) -> bool {
         matches!(
             self.termination,
@@ -167,10 +169,10 @@ impl<const D: usize> Outcome<D> {
         )
     }
 
-    /// Treats a stalled descent in f32 as converged if its gradient is within [`AT_REST`] tolerances.
+    /// Treats a stalled f32 descent as converged if its gradient is within [`AT_REST`] tolerances.
     ///
-    /// Of 1,800 curves with bending in an ellipsoid 14 came to rest above the tolerance, within 4e-7 of their size of the
-    /// result in f64. 13 were within 16 tolerances.
+    /// Of 1,800 curves with bending in an ellipsoid, 14 stalled above the tolerance, within 4e-7 of
+    /// their size of the f64 result. 13 of them were within 16 tolerances.
     pub fn rest(&mut self, tolerance: f64) {
         if self.termination == TerminationStatus::Stalled && self.norm <= AT_REST * tolerance {
             self.termination = TerminationStatus::Converged;
@@ -184,19 +186,20 @@ impl<const D: usize> Problem<D> {
         self.base.len() + usize::from(!self.closed)
     }
 
-    /// What ends its descent.
+    /// The stopping criteria of its descent.
     fn bounds(&self) -> Bounds {
         Bounds { tolerance: self.tolerance, longest: self.longest, most_iterations: self.most_iterations }
     }
 
-    /// Whether nothing holds the curve: neither a pin nor an attachment.
+    /// Whether the curve has neither pins nor attachments.
     pub fn is_loose(&self) -> bool {
         self.pinned.is_empty() && self.attached.is_empty()
     }
 
-    /// The weight of |g|² at each vertex in the inner product of a loose curve.
+    /// The weight of |g|² at each vertex in the inner product of a curve without pins and
+    /// attachments.
     ///
-    /// Moving all vertices alike then counts as much as the longest wave, 2w |D₂g|² for g″ = (2π/ℓ)² g.
+    /// A translation then weighs as much as the longest wave, 2w |D₂g|² for g″ = (2π/ℓ)² g.
     fn stiffness_of_all(&self) -> f64 {
         let length = self.length();
         2.0 * self.highest * (TAU / length).powi(4) * length / self.base.len() as f64
@@ -207,7 +210,7 @@ impl<const D: usize> Problem<D> {
         self.base.iter().map(|edge| dot(*edge, *edge).sqrt()).sum()
     }
 
-    /// Whether nothing but its edges and pins makes the curve.
+    /// Whether only its edges, pins and energy determine the curve.
     fn is_plain(&self) -> bool {
         self.attached.is_empty()
             && self.regions.is_empty()
@@ -227,16 +230,17 @@ impl<const D: usize> Problem<D> {
         }
     }
 
-    /// Takes the place of a curve of this shape that has ended.
+    /// Replaces a finished curve of the same shape in a lane.
     fn take_place<S: Scalar>(&self, descent: &mut Descent<'_, S, D>, l: usize) {
         descent.edges.lay(l, &self.base, |row| self.free[row]);
         descent.edges.set_taut(l, &self.taut);
         descent.replace(l, &self.weights, [self.highest, self.regularisation], &self.bounds());
     }
 
-    /// The largest turn of its data points' polygon, as |T′ − T|².
+    /// The largest turn of its data polygon, as |T′ − T|².
     ///
-    /// It tells iterations best of six numbers tried. Curves side by side that take as many leave no lane idle.
+    /// Of six measures tried it predicts the number of iterations best. If curves side by side need
+    /// the same number, no lane is idle.
     fn sharpest(&self) -> f64 {
         let chord = |from: u32, to: u32| {
             let chord = self.base[from as usize..to as usize].iter().fold([0.0; D], |sum, edge| add(sum, *edge));
@@ -252,7 +256,7 @@ impl<const D: usize> Problem<D> {
         ways.windows(2).map(turn).fold(0.0, f64::max)
     }
 
-    /// Makes the curve with these displacements the base.
+    /// Makes the curve with these displacements the new base.
     pub fn rebase(&mut self, u: &[Vector<f64, D>]) {
         let count = u.len();
         for (j, edge) in self.base.iter_mut().enumerate() {
@@ -267,7 +271,7 @@ impl<const D: usize> Problem<D> {
         }
     }
 
-    /// The problem from the curve with these displacements on.
+    /// The problem with these displacements as its new base.
     pub fn rebased(&self, u: &[Vector<f64, D>]) -> Self {
         let mut problem = self.clone();
         problem.rebase(u);
@@ -276,7 +280,7 @@ impl<const D: usize> Problem<D> {
 
     /// Whether the polygon with these displacements turns by more than 90° at a vertex.
     ///
-    /// Turns beside spans of fewer than [`FEW`] edges are the data's, and do not count.
+    /// Turns next to spans of fewer than [`FEW`] edges come from the data and do not count.
     pub fn folds(&self, u: &[Vector<f64, D>]) -> bool {
         let (count, vertices) = (self.base.len(), self.vertices());
         let edge = |j: usize| add(self.base[j], subtract(u[(j + 1) % vertices], u[j]));
@@ -293,17 +297,18 @@ impl<const D: usize> Problem<D> {
         })
     }
 
-    /// The norm of the gradient that rounding in f32 may leave.
+    /// The gradient norm that rounding in f32 may leave.
     ///
-    /// It is 1.1 ε √(w E)/h. Here w is half the weight of the inner product, E is the energy of the
-    /// base, and h is the mean length of an edge.
+    /// It is 1.1 ε √(w E)/h, with half the weight w of the inner product, the energy E of the base
+    /// and the mean edge length h.
     ///
     /// Measured floors are 0.13 to 0.56 ε √(w E)/h, for 64 and for 256 edges. Twice the largest
-    /// floor can be reached. Curves of 64 edges then end within 1e-6 of their size of the result in
-    /// f64.
+    /// floor can be reached. Curves of 64 edges then end within 1e-6 of their size of the f64
+    /// result.
     pub fn rounding_in_f32(&self, energy: &Energy) -> f64 {
         let (energy, length) = self.at_base(energy);
-        // Feet on a surface are rounded too: floors of twice the other were met.
+        // Projections onto a surface are rounded too: floors up to twice the bound without a
+        // surface occurred.
         let feet = if self.surface.is_some() { 4.0 } else { 1.0 };
         feet * 1.1 * f64::from(f32::EPSILON) * (0.5 * self.highest * energy).sqrt() * self.base.len() as f64 / length
     }
@@ -313,12 +318,12 @@ impl<const D: usize> Problem<D> {
         Problem { attached: vec![], regions: vec![], ..self.clone() }.at_base(energy).0
     }
 
-    /// The energy of what holds the vertices of the base.
+    /// The energy of the attachments of the base.
     pub fn energy_of_holds(&self) -> f64 {
         self.attached.iter().map(|attached| attached.anchor.value(attached.target.map(|x| -x))).sum()
     }
 
-    /// The energy, without the regularisation, and the length of the base.
+    /// The energy without the regularisation, and the length of the base.
     fn at_base(&self, energy: &Energy) -> (f64, f64) {
         let functionals: Vec<&Functional> = energy.terms().iter().map(|(_, functional)| functional).collect();
         let plan = Plan { solver: Solver::default(), order: energy.order(), regularisation: 0 };
@@ -326,10 +331,10 @@ impl<const D: usize> Problem<D> {
         (at_base.energy_without_regularisation(), at_base.edges.total_length())
     }
 
-    /// Whether two curves may share a pass.
+    /// Whether two curves can descend side by side.
     ///
-    /// Both must be open or both closed, and of similar length. Their pins must be in the same rows
-    /// as far as both curves go.
+    /// Both must be open or both closed, with similar numbers of edges. Their pins must have the
+    /// same indices as far as both curves extend.
     fn suits(&self, other: &Self) -> bool {
         let (short, long) = if self.base.len() <= other.base.len() { (self, other) } else { (other, self) };
         let pins = short.pinned.len();
@@ -347,17 +352,17 @@ impl<const D: usize> Problem<D> {
 
 /// The order of the inner product.
 ///
-/// Closed curves have more vertices than the order.
+/// It must be less than the number of vertices of a closed curve.
 pub(super) fn order_of(order: usize, closed: bool, vertices: usize) -> usize {
     if closed { order.min(vertices - 1) } else { order }
 }
 
-/// The callback for every curve that has ended, by its number.
+/// The callback for every finished curve, with its index.
 pub(crate) type Ended<'a, const D: usize> = &'a (dyn Fn(usize, &Outcome<D>) + Sync);
 
-/// Descends every curve, on all threads of the CPU in f64.
+/// Descends every curve in f64, on all threads of the CPU.
 ///
-/// `ended` is called for a curve when the curves beside it have ended too.
+/// `ended` is called for a curve when all curves beside it have finished too.
 pub(crate) fn descend_on_cpu<const D: usize>(
     plan: &Plan,
     energy: &Energy,
@@ -370,7 +375,7 @@ pub(crate) fn descend_on_cpu<const D: usize>(
     groups.restore(found.into_iter().flatten())
 }
 
-/// Descends every curve, on this thread of the CPU in f64.
+/// Descends every curve in f64, on this thread.
 pub(super) fn descend_here<const D: usize>(
     plan: &Plan,
     energy: &Energy,
@@ -382,7 +387,7 @@ pub(super) fn descend_here<const D: usize>(
     groups.restore((0..groups.len()).flat_map(|k| kept.descend(plan, energy, problems, groups.get(k), ended)))
 }
 
-/// What curves have in common that may take each other's place in a lane, if they are plain.
+/// What plain curves must have in common to replace each other in a lane.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
 struct Shape<'a> {
     closed: bool,
@@ -393,7 +398,7 @@ struct Shape<'a> {
     pinned: &'a [u32],
 }
 
-/// Groups of as many curves as there are lanes at most, or of `most` that may take each other's place.
+/// Groups of at most [`LANES`] curves, or of at most `most` curves that can replace each other.
 fn groups<const D: usize>(problems: &[&Problem<D>], most: usize) -> Groups {
     let keys: Vec<_> = problems.iter().map(|problem| (problem.shape(), problem.sharpest())).collect();
     let order = sort::order(problems.len(), &|i, j| {
@@ -407,7 +412,7 @@ fn groups<const D: usize>(problems: &[&Problem<D>], most: usize) -> Groups {
     })
 }
 
-/// Memory of descents, which those after them use again.
+/// Buffers of descents, which later descents reuse.
 #[derive(Default)]
 pub(super) struct Workspace<const D: usize> {
     in_lanes: Option<Newton<Lanes<f64, LANES>, D>>,
@@ -437,9 +442,10 @@ impl<const D: usize> Workspace<D> {
     }
 }
 
-/// Descends curves that suit each other, up to S::LANES of them, or more that are alike.
+/// Descends curves that can share lanes: up to S::LANES, or more if all have the same shape.
 ///
-/// Where half of the lanes have ended, curves that wait take their places. Memory of curves before these is used again.
+/// When half of the lanes have finished, waiting curves take their place. `kept` holds buffers of
+/// earlier descents.
 pub(crate) fn descend<S: Scalar, const D: usize>(
     plan: &Plan,
     functionals: &[&Functional],
@@ -489,7 +495,7 @@ fn outcome<S: Scalar, const D: usize>(descent: &Descent<'_, S, D>, l: usize, ene
     }
 }
 
-/// A number of every curve, in its lane.
+/// A number of every curve, each in its lane.
 fn each<S: Scalar, const D: usize>(lanes: &[&Problem<D>], value: impl Fn(&Problem<D>) -> f64) -> S {
     let mut out = S::ZERO;
     for (l, problem) in lanes.iter().enumerate() {
@@ -498,9 +504,9 @@ fn each<S: Scalar, const D: usize>(lanes: &[&Problem<D>], value: impl Fn(&Proble
     out
 }
 
-/// A descent of up to S::LANES curves that suit each other, at their bases.
+/// A descent of up to S::LANES curves that can share lanes, at their bases.
 ///
-/// Lanes without a curve repeat the first, and have already ended.
+/// Unused lanes repeat the first curve, and count as finished.
 pub(crate) fn start<'a, S: Scalar, const D: usize>(
     plan: &Plan,
     functionals: &[&'a Functional],
@@ -528,10 +534,10 @@ pub(crate) fn start<'a, S: Scalar, const D: usize>(
     let regularisation = each(&lanes, |problem| problem.regularisation);
     let bounds: Vec<Bounds> = lanes.iter().map(|problem| problem.bounds()).collect();
     let limited = |order: usize| order_of(order, lanes[0].closed, lanes[0].vertices());
-    // A triangle has no room for the third derivative.
+    // A triangle has no third derivative.
     let order = limited(plan.order);
-    // Two vertices have no room for the regularisation. Without it edges may share a length in any way, and H
-    // is singular.
+    // Two vertices are too few for the regularisation. Without it edges can share a length
+    // arbitrarily, and H is singular.
     let wanted = plan.order.max(2);
     let has_hessian = limited(wanted) == wanted && lanes[0].regularisation != 0.0;
     let solver = if has_hessian { plan.solver } else { Solver::Sobolev };
@@ -566,8 +572,8 @@ fn edges_of<S: Scalar, const D: usize>(plan: &Plan, lanes: &[&Problem<D>]) -> Ed
     edges
 }
 
-/// What holds the vertices of curves side by side, empty where nothing is attached, and the weight of
-/// |g|² at each vertex in the inner product.
+/// The anchors of curves side by side (empty if nothing is attached), and the weight of |g|² at
+/// each vertex in the inner product.
 #[allow(clippy::type_complexity)]
 fn anchors_of<S: Scalar, const D: usize>(
     lanes: &[&Problem<D>],

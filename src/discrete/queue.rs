@@ -1,13 +1,14 @@
-//! [`Queue`]: the descents of a fit, of which every curve asks for one at a time.
+//! [`Queue`]: runs the strategies of all curves, and batches the descents that they request.
 //!
 //! ```text
-//! curve ─ descend(problem) ─► desk ─► group of one energy ─► CPU lanes │ GPU kernel ─► outcome ─► curve …
+//! curve ─ problem ─► desk ─► group of one energy ─► CPU lanes │ GPU kernel ─► outcome ─► curve …
 //! ```
 //!
-//! A strategy (continuation, restarts, multipliers, …) is an `async fn` for one curve, a state machine that the compiler
-//! writes. Only the queue knows that there are many. It polls every curve until it asks for a descent or is done, descends
-//! what is asked for side by side, and hands the outcomes back. A GPU has all curves side by side. On the CPU a thread takes a
-//! [part](parts) of them from the first poll to the end: no thread waits for others, and memory stays with its thread.
+//! A strategy (continuation, restarts, multipliers, …) is an `async fn` for one curve, compiled
+//! into a state machine. Only the queue handles many curves. It polls every curve until it requests
+//! a descent or is done, runs the requested descents side by side, and returns the outcomes. A GPU
+//! gets all curves at once. On the CPU each thread runs a [part](parts) of them from the first poll
+//! to the end, so no thread waits for others and memory stays with its thread.
 
 use std::collections::BTreeMap;
 use std::future::{Future, poll_fn};
@@ -33,27 +34,27 @@ use crate::parallel;
 use crate::precision::Precision;
 use crate::sort;
 
-/// Curves under way at most on a GPU. Others start as these end.
+/// The most curves in progress on a GPU. Others start as these finish.
 const MOST_UNDER_WAY: usize = 1 << 20;
 
 /// The most curves of a part.
 const MOST_AT_A_TIME: usize = 256;
 
-/// The parts for each thread of the CPU, where there are enough curves to fill lanes.
+/// The number of parts per CPU thread, if there are enough curves to fill lanes.
 const PARTS: usize = 8;
 
 /// What a descent minimises.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Goal {
-    /// The energy asked for.
+    /// The requested energy.
     Free,
     /// The energy of a stage of the [continuation](super::continuation).
     Stage(usize),
-    /// The energy asked for, with the terms of limits.
+    /// The requested energy with the terms of limits.
     Limited,
 }
 
-/// An energy, with the device of its descents.
+/// An energy, with the plan and the device of its descents.
 struct Descender<'a> {
     energy: Energy,
     plan: Plan,
@@ -64,15 +65,15 @@ struct Descender<'a> {
 pub(super) struct Queue<'a> {
     device: &'a Device,
     free: Descender<'a>,
-    /// The bounds of exponents, and the energies with those.
+    /// The bound of the exponents of every stage, and its energy.
     stages: Vec<(f64, Descender<'a>)>,
     limited: Option<Descender<'a>>,
 }
 
-/// A strategy under way for one curve.
+/// The running strategy of one curve.
 pub(super) type Task<'t, T> = Pin<Box<dyn Future<Output = T> + Send + 't>>;
 
-/// What one curve asks for, or the answer.
+/// A slot for the request of one curve, and for the answer.
 pub(super) struct Desk<const D: usize>(Mutex<State<D>>);
 
 enum State<const D: usize> {
@@ -97,9 +98,9 @@ impl<const D: usize> Desk<D> {
 pub(super) struct CurveFit<'a, const D: usize> {
     pub fair: &'a Fair,
     pub batch: &'a CurveBatch,
-    /// The number of the curve in the batch.
+    /// The index of the curve in the batch.
     pub i: usize,
-    /// Whether it keeps its first and its last point whatever the pins say.
+    /// Whether the curve keeps its first and its last point regardless of the pins.
     pub kept: [bool; 2],
     pub queue: &'a Queue<'a>,
     pub desk: &'a Desk<D>,
@@ -128,27 +129,27 @@ impl<const D: usize> CurveFit<'_, D> {
         .await
     }
 
-    /// The energy of descents.
+    /// The energy that a descent minimises.
     pub fn energy(&self, goal: Goal) -> &Energy {
         &self.queue.descender(goal).energy
     }
 
-    /// The bounds of exponents, one for each stage of a continuation.
+    /// The stages of a continuation, with their bounds of the exponents.
     pub fn stages(&self) -> impl Iterator<Item = (f64, Goal)> {
         self.queue.stages.iter().enumerate().map(|(k, (bound, _))| (*bound, Goal::Stage(k)))
     }
 
-    /// Whether Newton's method takes the steps.
+    /// Whether the solver is Newton's method.
     pub fn is_newton(&self) -> bool {
         self.fair.solver == Solver::Newton
     }
 }
 
 impl<'a> Queue<'a> {
-    /// The queue of a fit of these curves on a device.
+    /// A queue for fitting these curves on a device.
     ///
     /// # Errors
-    /// A precision that the device does not have.
+    /// A precision that the device does not support.
     pub fn new<const D: usize>(
         fair: &Fair,
         batch: &CurveBatch,
@@ -179,20 +180,20 @@ impl<'a> Queue<'a> {
         }
     }
 
-    /// Whether descents are in f32.
+    /// Whether descents of this goal are in f32.
     pub fn is_in_f32(&self, goal: Goal) -> bool {
         self.descender(goal).gpu.is_some_and(|(_, precision)| precision == Precision::F32)
     }
 
-    /// Whether the CPU is to finish what f32 does not.
+    /// Whether the CPU finishes descents that f32 leaves short.
     pub fn may_finish_on_cpu(&self) -> bool {
         self.device.precision() == Precision::Auto
     }
 
-    /// The device that did the work, where the CPU finished this many curves.
+    /// The device report, with the number of curves that the CPU finished.
     ///
     /// # Errors
-    /// A precision that the device does not have.
+    /// A precision that the device does not support.
     pub fn report(&self, finished_on_cpu: usize) -> Result<DeviceReport> {
         Ok(match self.free.gpu {
             Some((_, precision)) => DeviceReport { finished_on_cpu, ..self.device.report_of(precision) },
@@ -200,8 +201,8 @@ impl<'a> Queue<'a> {
         })
     }
 
-    /// Runs the strategies of curves of these sizes to their ends, and returns what they find in order. Strategy k asks at
-    /// desk k.
+    /// Runs the strategies of curves of these sizes to completion, and returns their results in
+    /// order. Strategy k uses desk k.
     ///
     /// # Errors
     /// Errors of submissions to a GPU.
@@ -221,7 +222,8 @@ impl<'a> Queue<'a> {
         Ok(parts.restore(found.into_iter().collect::<Result<Vec<_>>>()?.into_iter().flatten()))
     }
 
-    /// Runs some strategies side by side: on this thread with the memory that it keeps, or on all threads or the GPU.
+    /// Runs some strategies side by side: on this thread with its buffers, or on all threads or the
+    /// GPU.
     fn run_part<'t, T: Send, const D: usize>(
         &self,
         desks: &[Desk<D>],
@@ -253,7 +255,7 @@ impl<'a> Queue<'a> {
         }
     }
 
-    /// Descends what these curves ask for.
+    /// Runs the descents that these curves have requested.
     fn answer<T, const D: usize>(
         &self,
         desks: &[Desk<D>],
@@ -268,7 +270,7 @@ impl<'a> Queue<'a> {
         for ((goal, on_cpu), asked) in groups {
             let Descender { energy, plan, gpu } = self.descender(goal);
             let all: Vec<&Problem<D>> = asked.iter().map(|(_, problem)| &**problem).collect();
-            // Notices a flag that stops the fit.
+            // Checks the flag that cancels the fit.
             let ended = |_: usize, _: &Outcome<D>| self.device.finished(0);
             let outcomes = match (gpu.filter(|_| !on_cpu), kept.as_deref_mut()) {
                 (Some((gpu, precision)), _) => descend_on_gpu(gpu, precision, plan, energy, &all, &ended)?,
@@ -283,11 +285,11 @@ impl<'a> Queue<'a> {
     }
 }
 
-/// A strategy under way.
+/// A running strategy.
 struct Running<'t, T> {
-    /// Its place in its part.
+    /// Its index in its part.
     place: usize,
-    /// Its desk.
+    /// The index of its desk.
     k: usize,
     task: Task<'t, T>,
 }
@@ -299,7 +301,8 @@ impl<T> Running<'_, T> {
     }
 }
 
-/// The curves of these sizes in parts, each for one thread. Curves of similar sizes are in one part.
+/// Divides curves of these sizes into parts, one per task of a thread. A part has curves of similar
+/// sizes.
 fn parts(sizes: &[usize]) -> Groups {
     let order = sort::order(sizes.len(), &|i, j| sizes[i].cmp(&sizes[j]));
     let enough = sizes.iter().sum::<usize>() / (PARTS * parallel::threads());
@@ -323,11 +326,12 @@ impl<'a> Descender<'a> {
                 None => has_kernel(&**surface, precision, gpu.limits()),
             },
         };
-        // f32 has not the digits for order 3 and for limits. Some surfaces have kernels in f64 alone.
+        // f32 has too few digits for order 3 and for limits. Some surfaces have kernels in f64
+        // only.
         let needs_f64 = plan.order > 2 || energy.has_limits();
         let precision =
             device.kernel_precision(gpu, is_well_conditioned && !needs_f64 && has_kernel(Precision::F32))?;
-        // No kernel has the metric of order 3, or the area.
+        // No kernel has the inner product of order 3, or the area.
         let is_known = (plan.order < 3 || plan.solver == Solver::Newton) && !energy.has_area();
         let is_open = is_known && (!needs_f64 || precision == Precision::F64) && has_kernel(precision);
         Ok(Descender { energy, plan, gpu: is_open.then_some((gpu, precision)) })

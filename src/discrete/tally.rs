@@ -1,10 +1,10 @@
-//! [`Tally`]: counts the finished curves of a fit, for progress bars.
+//! [`Tally`]: counts the finished curves of a fit for progress bars.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::device::Device;
 
-/// Counts curves at a device's counter as they are finished.
+/// Reports finished curves to a device's counter.
 ///
 /// A curve that was cut into pieces counts with its last piece.
 pub(super) struct Tally<'a>(Box<dyn Fn(usize) + Sync + 'a>);
@@ -29,7 +29,7 @@ impl<'a> Tally<'a> {
         }))
     }
 
-    /// A tally that counts some of these curves or pieces.
+    /// A tally that counts only some of these curves or pieces.
     pub fn of_some<'b>(&'b self, counts: &'b (dyn Fn(usize) -> bool + Sync)) -> Tally<'b> {
         Tally(Box::new(move |i| {
             if counts(i) {

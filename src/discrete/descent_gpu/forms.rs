@@ -1,4 +1,5 @@
-//! Forms of the kernel `shaders/discrete/descent.wgsl`, which the shader tests compose and compile.
+//! Variants of the kernel `shaders/discrete/descent.wgsl` that the shader tests compose and
+//! compile.
 
 use super::descent_kernel;
 use super::lanes::LANES;
@@ -16,7 +17,8 @@ fn newton(order: usize) -> Plan {
     Plan { solver: Solver::Newton, order, regularisation: 0 }
 }
 
-/// Some forms of the kernel, a few of each order. Lanes of any number have the same.
+/// Some variants of the kernel, a few of each order. They differ between one lane and several, but
+/// not between numbers of several lanes.
 pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
     let with_limits = |quantities: Vec<Functional>| LimitTerms { quantities, ..LimitTerms::default() };
     let [curvature, side] =
@@ -74,7 +76,7 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
         }
     }
     if precision == Precision::F64 {
-        // The toy limit, which is in the list for tests alone, beside the penalty of another.
+        // The toy limit, which only tests know, next to the penalty of another kind.
         let energy = bending(2.0).with_limits(with_limits(vec![curvature]));
         let mut composition = Composition::of(&energy, 1, 2, precision).expect("built in");
         let file = "discrete/energy/toy_limit.wgsl";
@@ -86,7 +88,7 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
         for dimension in [2, 3] {
             let regularisation = if energy.has_limits() && order == 2 { 1 } else { order.max(2) };
             let composition = Composition::of(&energy, regularisation, dimension, precision).expect("built in");
-            // In f32 it has too few digits for order 3 and for penalties.
+            // f32 has too few digits for order 3 and for penalties.
             let lanes: &[usize] = match order {
                 _ if precision != Precision::F64 && (order == 3 || energy.has_limits()) => &[],
                 3 => &LANES[1..2],

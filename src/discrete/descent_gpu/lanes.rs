@@ -1,33 +1,35 @@
-//! The number of lanes that share a curve.
+//! The number of lanes that share a curve, chosen by a cost model.
 //!
-//! A device works on a number of threads at once. With a thread a curve, few curves leave most of it
-//! idle, and each takes as long as its vertices one after the other. With several lanes a curve
-//! takes less time and more work. The cost model states when which is faster.
+//! With one thread per curve, a small batch leaves most of the device idle, and each curve takes
+//! time proportional to its number of vertices. Several lanes per curve reduce the time of a curve
+//! but increase the total work.
 
 use crate::gpu::AdapterSummary;
 use crate::linalg::block_ring::ring_of;
 
-/// Lanes that a curve can have. With 1 it has a thread for itself.
+/// The possible numbers of lanes. With 1 a single thread descends the curve.
 pub(super) const LANES: [usize; 5] = [1, 4, 8, 16, 32];
 
-/// The cost of a vertex with a thread for the whole curve.
+/// The cost of a vertex if one thread descends the whole curve.
 ///
-/// The unit is the cost of a vertex of a lane's chunk. Its elimination takes 15 operations on blocks,
-/// since it is also coupled with the vertices that its lane keeps; alone, on an open curve, it takes
-/// 6. The Hessian and the sweep are taken for 30 in both: 36/45, and fewer barriers. An estimate.
+/// The unit is the cost of a vertex in a lane's chunk. Its elimination takes 15 block operations
+/// there, because it is also coupled with the vertices that the lane keeps. In a single thread, on
+/// an open curve, it takes 6. The Hessian and the sweep are assumed to take 30 in both cases:
+/// 36/45, and fewer barriers. This is an estimate.
 const ALONE: f64 = 0.75;
 
 /// The cost of a step of the ring, in vertices of a chunk.
 ///
-/// Eliminating a row of two vertices takes 36 operations on blocks: 36/45, and about as much again for barriers. An
-/// estimate.
+/// Eliminating a block row of two vertices takes 36 block operations: 36/45, and about as much
+/// again for barriers. This is an estimate.
 const STEP: f64 = 1.5;
 
-/// The numbers of lanes that curves of a dimension may have on an adapter, for an energy of an order.
+/// The numbers of lanes that curves of a dimension may have on an adapter, for an energy of an
+/// order.
 ///
-/// Software has as many threads as the CPU: a curve has one. A thread of hardware has not the
-/// registers for a spatial curve (benches/RESULTS.md), and none has them for order 3: these take
-/// lanes.
+/// Software adapters have only as many threads as the CPU, so a curve gets one. On hardware a
+/// thread has too few registers for a spatial curve (benches/RESULTS.md) and for order 3. These
+/// need several lanes.
 pub(super) fn open_lanes(adapter: &AdapterSummary, order: usize, dimension: usize) -> &'static [usize] {
     match (adapter.is_software(), order, dimension) {
         (true, 2, _) => &LANES[..1],
@@ -37,12 +39,12 @@ pub(super) fn open_lanes(adapter: &AdapterSummary, order: usize, dimension: usiz
     }
 }
 
-/// Of several numbers of lanes, the least first, the one with which a batch takes the least time.
+/// Chooses the number of lanes with which a batch takes the least time.
 ///
-/// A vertex is coupled with `order` of those after it. `longest` is the number of vertices of the
-/// longest curve. The time is that of one trial of all
-/// curves: the vertices of a chunk and log₂ lanes steps, as many times as the device has to be
-/// filled. Rings of idle lanes are left out, where there are others.
+/// `possible` is in increasing order. A vertex is coupled with the next `order` vertices, and the
+/// longest curve has `longest` vertices. The modelled time is for one trial of all curves: the
+/// vertices of a chunk and log₂ lanes steps, times the number of times that the device is filled.
+/// Numbers that leave lanes idle are considered only if there is no other.
 pub(super) fn fastest(
     possible: &[usize],
     order: usize,

@@ -1,4 +1,4 @@
-//! The layout of curves in the arrays of `shaders/discrete/descent.wgsl`, and their packing and
+//! The layout of curves in the arrays of `shaders/discrete/descent.wgsl`, with packing and
 //! unpacking.
 
 use bytemuck::{Pod, Zeroable};
@@ -10,28 +10,29 @@ use crate::gpu::Downloaded;
 use crate::linalg::block_ring::scratch_numbers;
 use crate::parallel;
 
-/// The numbers of a curve in `lanes` before its weights, and how many of them the host gives.
+/// The numbers per curve in `lanes` before its weights, and how many of them the host writes.
 const NUMBERS: usize = 13;
 const GIVEN: usize = 3;
 
-/// The numbers of a row that say how a vertex is held, except for the tangent: its stiffness and
+/// The numbers of a row that hold a vertex, except for the tangent: its stiffness and
 /// [`Anchor`](crate::discrete::energy::Anchor).
 const HELD: usize = 5;
 
 /// The numbers of a [`Penalty`](crate::discrete::energy::Penalty).
 const PENALTY: usize = 3;
 
-/// The numbers of a [`RegionPenalty`](crate::discrete::energy::RegionPenalty), but for its vectors.
+/// The scalars of a [`RegionPenalty`](crate::discrete::energy::RegionPenalty).
 const REGION: usize = 5;
 
-/// The positions of the numbers that are read back: the energy without the regularisation, and the square of the gradient's norm.
+/// The positions of the numbers that are read back: the energy without the regularisation, and the
+/// squared gradient norm.
 const REPORTED: usize = GIVEN + 1;
 const NORM2: usize = GIVEN + 2;
 
-/// `TERMINATION_STATUS_LEFT`: the host is to descend the curve.
+/// `TERMINATION_STATUS_LEFT`: the kernel gave up and the host descends the curve.
 const LEFT: u32 = 7;
 
-/// Curves that a thread unpacks together.
+/// The number of curves that a thread unpacks at a time.
 const UNPACKED_TOGETHER: usize = 32;
 
 /// `DescentCurve` of `descent.wgsl`.
@@ -49,7 +50,7 @@ pub(crate) struct DescentCurve {
 /// The positions of the curves of a chunk in the arrays.
 pub(super) struct Layout {
     pub table: Vec<DescentCurve>,
-    /// The loop turns of a tick of each curve.
+    /// The loop turns per tick of each curve.
     pub turns: Vec<usize>,
     pub fixed: usize,
     pub displacements: usize,
@@ -61,12 +62,12 @@ impl<const D: usize> Job<'_, D> {
         self.composition.definitions.contains_key("ATTACHMENT")
     }
 
-    /// The numbers of a row in `fixed`.
+    /// The numbers per row in `fixed`.
     fn fixed_numbers(&self) -> usize {
         self.place_number() + if self.is_in_surfaces() { D } else { 0 }
     }
 
-    /// Where the place of a vertex stands in a row, of curves in surfaces.
+    /// The position of a vertex's coordinates in a row, for curves in surfaces.
     fn place_number(&self) -> usize {
         self.region_number() + self.run.energy.regions() * (2 * D + REGION)
     }
@@ -75,17 +76,17 @@ impl<const D: usize> Job<'_, D> {
         self.composition.definitions.contains_key("SURFACE")
     }
 
-    /// Where the penalties stand in a row, if the energy asks for them.
+    /// The position of the penalties in a row, if there are any.
     fn penalty_number(&self) -> usize {
         self.taut_number() + usize::from(self.is_taut())
     }
 
-    /// Where the region penalties stand in a row, if the energy asks for them.
+    /// The position of the region penalties in a row, if there are any.
     fn region_number(&self) -> usize {
         self.penalty_number() + PENALTY * self.run.energy.penalties().into_iter().filter(|has| *has).count()
     }
 
-    /// Where 1/w² stands in a row, if the energy asks for it.
+    /// The position of 1/w² in a row, if the energy needs it.
     fn taut_number(&self) -> usize {
         if self.is_attached() { 3 * D + 2 + HELD } else { D + 2 }
     }
@@ -121,14 +122,15 @@ impl<const D: usize> Job<'_, D> {
         layout
     }
 
-    /// The numbers of a row of a closed curve that stand before all sections.
+    /// The numbers per row of a closed curve before all other sections.
     fn border_numbers(&self) -> usize {
         if self.lanes == 1 { 2 * D * D } else { 0 }
     }
 
-    /// The numbers of a curve's sections.
+    /// The numbers in all sections of a curve.
     fn work_numbers(&self, rows: usize) -> usize {
-        // Matrices a row, and what comes once: factors, or blocks with what lanes share.
+        // The matrices per row, and the numbers needed once: factors, or blocks with the shared
+        // memory of lanes.
         let order = reach(self.run.plan);
         let (matrices, once) = match self.lanes {
             1 => (2, 0),
@@ -142,16 +144,16 @@ impl<const D: usize> Job<'_, D> {
         NUMBERS + self.composition.width()
     }
 
-    /// The numbers that the host gives, and the rows that do not change.
+    /// The numbers that the host writes, and the rows that do not change.
     pub(super) fn pack(&self, curves: &[usize], layout: &Layout) -> (Vec<f64>, Vec<f64>) {
         let numbers = self.numbers();
-        // Numbers that the kernel must write first are NaN, so that a read before is noticed.
+        // Numbers that the kernel must write first are NaN, so that a premature read shows.
         let mut given = vec![f64::NAN; curves.len() * numbers];
         let ends: Vec<usize> = (0..=curves.len()).map(|slot| slot * numbers).collect();
         parallel::parts(&mut given, &ends, |slot, given| self.give(self.run.problems[curves[slot]], given));
         let side = side(self.lanes);
         let mut fixed = vec![0.0; layout.fixed];
-        // A group begins where its first curve does.
+        // A group begins with its first curve.
         let starts = layout.table.iter().step_by(side).map(|table| table.fixed_start as usize);
         let ends: Vec<usize> = starts.chain([layout.fixed]).collect();
         parallel::parts(&mut fixed, &ends, |group, fixed| {
@@ -173,7 +175,7 @@ impl<const D: usize> Job<'_, D> {
         }
     }
 
-    /// Writes the rows of a curve, which has its place in its group.
+    /// Writes the rows of a curve at its place in the group.
     fn fix(&self, problem: &Problem<D>, place: usize, fixed: &mut [f64]) {
         let (width, side, rows) = (self.fixed_numbers(), side(self.lanes), problem.vertices());
         let at = |row: usize, number: usize| place + (row * width + number) * side;
@@ -220,7 +222,7 @@ impl<const D: usize> Job<'_, D> {
         }
     }
 
-    /// Writes what has become of curves, and returns which of them are left to the host.
+    /// Writes the outcomes of curves, and returns which curves are left to the host.
     pub(super) fn unpack(
         &self,
         curves: &[usize],

@@ -1,4 +1,4 @@
-//! Descents on the GPU against those of the CPU in f64.
+//! Tests of descents on the GPU against descents on the CPU in f64.
 
 mod divided;
 mod newton;
@@ -15,7 +15,7 @@ use crate::discrete::setup::set_up;
 use crate::discrete::{Fair, Pins, Segments};
 use crate::gpu::testing::{gpu, precisions};
 
-/// Gentle curves: open ones along a line, closed ones around a circle.
+/// Gentle curves: open ones along a line, and closed ones around a circle.
 fn batch<const D: usize>(sizes: &[usize], closed: impl Fn(usize) -> bool, seed: u64) -> CurveBatch {
     let mut rng = StdRng::seed_from_u64(seed);
     let (mut coords, mut offsets, mut are_closed) = (Vec::new(), vec![0], Vec::new());
@@ -51,8 +51,8 @@ fn refs<const D: usize>(problems: &[Problem<D>]) -> Vec<&Problem<D>> {
     problems.iter().collect()
 }
 
-/// With a tolerance that rounding in f32 lets all curves here reach: it leaves about 1.1 ε √E/h,
-/// 3e-5 for the finest.
+/// Problems with a tolerance that all curves here reach in f32. Rounding leaves about 1.1 ε √E/h,
+/// which is 3e-5 for the finest.
 fn loosened<const D: usize>(problems: &[Problem<D>], precision: Precision) -> Vec<Problem<D>> {
     let mut problems = problems.to_vec();
     if precision == Precision::F32 {
@@ -167,7 +167,7 @@ fn single_precision_takes_the_steps_of_its_twin() {
             "curve {i}"
         );
         apart += found.iterations.abs_diff(twin.iterations);
-        // Where the numbers of steps agree, only rounding is between the curves.
+        // If the numbers of steps agree, the curves differ only by rounding.
         if found.iterations == twin.iterations && found.evaluations == twin.evaluations {
             for (a, b) in twin.displacements.iter().flatten().zip(found.displacements.iter().flatten()) {
                 assert!((a - b).abs() < 2e-5, "curve {i}: {a} {b}");

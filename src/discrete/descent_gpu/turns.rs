@@ -1,15 +1,17 @@
-//! How often loops of `shaders/discrete/descent.wgsl` turn, and the ticks that fit into a dispatch.
+//! Bounds of the loop turns of `shaders/discrete/descent.wgsl`, and the ticks that fit into a
+//! dispatch.
 
 use super::{DescentTask, GROUP, Run, reach};
 use crate::gpu::plan::LOOP_TURNS;
 use crate::linalg::block_ring::ring_of;
 use crate::surface::SurfaceKernel;
 
-/// Calls of the text of a surface for a vertex in one tick: a foot of some steps, the frames of the trial and of the curve, and
-/// a third derivative. A foot may take more; a thread whose loops were ended says so.
+/// Evaluations of the surface's WGSL code per vertex and tick: a projection of some steps, the
+/// frames of the trial and of the curve, and a third derivative. A projection may take more. A
+/// thread that runs out of loop turns reports it.
 const CALLS: usize = 6;
 
-/// Vertices before and behind a lane's own whose frames it finds too.
+/// Vertices next to a lane's chunk whose frames the lane also computes.
 const HALO: usize = 8;
 
 impl<const D: usize> Run<'_, D> {
@@ -27,24 +29,25 @@ impl<const D: usize> Run<'_, D> {
     }
 }
 
-/// The most loop turns of one tick.
+/// The most loop turns of one tick: an accepted step plus a restart in another lane of the same
+/// subgroup.
 ///
-/// This is an accepted step plus a restart in another lane of the same subgroup. It counts the
-/// loops over the rows in the kernel's text, and some turns for the windows.
+/// It counts the loops over rows in the kernel's code, and some turns for the windows.
 pub(super) fn loop_turns(order: usize, lanes: usize, rows: usize) -> usize {
     if lanes > 1 {
-        // The base; the blocks and the chunk's vertices before; the ring, four times; the step and
-        // its length; sums and edges. A lane adds up what the other lanes found, and the workgroup.
+        // The base; the blocks and the vertices before the chunk; the ring, four times; the step
+        // and its length; sums and edges. Each lane also sums the results of the other lanes and of
+        // the workgroup.
         let chunk = rows.div_ceil(ring_of(rows, order, lanes));
         return 12 * (chunk + 4) + 8 * lanes + GROUP;
     }
-    // The base (once), the sweep, the step, and the system there and back.
+    // The base (once), the sweep, the step, and the forward and backward solve.
     5 * (rows + 8)
 }
 
 /// The ticks of the listed curves.
 ///
-/// All threads of a workgroup have the same number, because their loops run together.
+/// All threads of a workgroup get the same number, because their loops run together.
 pub(super) fn tasks(slots: &[u32], turns: &[usize], most_ticks: u32) -> Vec<DescentTask> {
     let mut tasks = Vec::with_capacity(slots.len());
     for group in slots.chunks(GROUP) {

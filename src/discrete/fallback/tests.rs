@@ -7,7 +7,8 @@ use crate::discrete::{Fair, Segments, bending, length, variation};
 use crate::report::CurveReport;
 use crate::{CurveBatch, CurveStatus, Device, Sampling};
 
-/// Points of open curves at unit steps, five a curve, or of rings about the unit circle, eight a curve.
+/// Points of open curves at unit steps, five per curve, or of rings around the unit circle, eight
+/// per curve.
 fn batch(curves: usize, closed: bool, sigma: f64, seed: u64) -> CurveBatch {
     let mut rng = StdRng::seed_from_u64(seed);
     let mut normal = || {
@@ -35,7 +36,8 @@ fn reports(fair: &Fair, batch: &CurveBatch) -> Vec<CurveReport> {
 #[test]
 fn rough_curves_of_variation_and_a_little_length_converge_within_sixty_iterations_but_for_folding_rings() {
     let fair = Fair { energy: variation() + 0.1 * length(), ..Fair::default() };
-    // Of the roughest rings a fifth has loops that 16 edges a span cannot follow: their polygons fold.
+    // A fifth of the roughest rings have loops that 16 edges per span cannot follow: their polygons
+    // fold.
     for (closed, sigma, least) in
         [(false, 0.2, 196), (false, 0.6, 196), (false, 1.2, 196), (true, 0.1, 196), (true, 0.3, 158)]
     {
@@ -56,7 +58,7 @@ fn rough_curves_of_many_edges_converge_where_the_regularisation_of_their_start_s
         max_iterations: 100,
         ..Fair::default()
     };
-    // 169 and 193 with the regularisation of the start alone.
+    // 169 and 193 without resetting the regularisation.
     for (sigma, least) in [(0.6, 192), (1.2, 197)] {
         let own = reports(&fair, &batch(200, false, sigma, 4));
         let converged = own.iter().filter(|report| report.status == CurveStatus::Converged).count();
@@ -67,13 +69,14 @@ fn rough_curves_of_many_edges_converge_where_the_regularisation_of_their_start_s
 
 #[test]
 fn what_converges_folds_nowhere() {
-    // Newton's method at the vertices alone ends in folds of some of both kinds.
+    // Newton's method at the vertices alone ends in folds for some curves of both kinds.
     let mut refused = 0;
     for (closed, sigma) in [(false, 1.2), (true, 0.3)] {
         let batch = batch(200, closed, sigma, 4);
         for fair in [
             Fair { energy: variation() + 0.1 * length(), ..Fair::default() },
-            // An exponent other than 2 has no form in angles: Newton's method at the vertices alone.
+            // An exponent other than 2 has no angle form, so only Newton's method at the vertices
+            // is used.
             Fair { energy: variation() + 0.1 * length() + 1e-9 * bending(3.0), max_iterations: 20, ..Fair::default() },
         ] {
             let (fit, vertices) = fair.fit_sampled(&batch, Sampling::PerSpan(16), &Device::cpu()).unwrap();
@@ -109,7 +112,7 @@ fn without_length_what_runs_away_is_unbounded_within_sixty_iterations() {
             of(CurveStatus::Unbounded)
                 .all(|report| report.message.as_ref().is_some_and(|text| text.contains("tautness=1")))
         );
-        // Polygons that fold have no minimum among curves to go to.
+        // Folding polygons have no minimum among smooth curves.
         let folds =
             |report: &&CurveReport| report.message.as_ref().is_some_and(|text| text.contains("its polygon folds"));
         let (folded, left): (Vec<_>, Vec<_>) = of(CurveStatus::NotConverged).partition(folds);
@@ -124,7 +127,8 @@ fn without_length_what_runs_away_is_unbounded_within_sixty_iterations() {
 
 #[test]
 fn curves_beside_others_are_those_alone_whatever_their_neighbours_need() {
-    // Gentle and rough, short and long, one that repeats a point, one that is no curve, one that runs away.
+    // Gentle and rough, short and long curves, one with a repeated point, a degenerate one, and an
+    // unbounded one.
     let mut curves: Vec<Vec<[f64; 2]>> = Vec::new();
     for (k, sigma) in [0.2, 1.2, 0.6, 0.6, 1.2].into_iter().enumerate() {
         let one = batch(1, false, sigma, k as u64);

@@ -1,5 +1,5 @@
-//! What must not change a curve: how its ticks are divided, what stands beside it, and what becomes
-//! of others.
+//! Tests that a curve does not depend on how its ticks are divided, on its neighbours, or on their
+//! fate.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -25,7 +25,7 @@ fn both(gpu: &Gpu) -> Vec<(Solver, Precision)> {
 
 fn ragged_problems(seed: u64) -> (Fair, Vec<Problem<2>>) {
     let fair = Fair { energy: bending(2.0) + length(), segments: Segments::PerSpan(6), ..sobolev() };
-    // More than two workgroups, of which the last is not full.
+    // More than two workgroups. The last one is not full.
     let sizes: Vec<usize> = RAGGED.into_iter().cycle().take(2 * GROUP + 5).collect();
     let problems = problems::<2>(&fair, &batch::<2>(&sizes, |i| i % 2 == 1, seed));
     (fair, problems)
@@ -35,7 +35,7 @@ fn ragged_problems(seed: u64) -> (Fair, Vec<Problem<2>>) {
 fn a_descent_has_the_same_bits_however_its_ticks_are_divided() {
     let Some(gpu) = gpu() else { return };
     let (fair, mut problems_of_all) = ragged_problems(51);
-    // One of which llvmpipe would not finish 64 ticks in one dispatch.
+    // llvmpipe would not finish 64 ticks of this curve in one dispatch.
     let long = Fair { segments: Segments::PerSpan(100), ..fair.clone() };
     problems_of_all.extend(problems::<2>(&long, &batch::<2>(&[5], |_| true, 55)));
     for (solver, precision) in both(&gpu) {
@@ -120,8 +120,7 @@ fn a_curve_that_is_no_number_breaks_and_leaves_its_neighbours_bits() {
 #[test]
 fn what_the_iterations_or_the_length_end_is_said_as_by_the_cpu() {
     let Some(gpu) = gpu() else { return };
-    // Hairpins, along which bending alone has no minimum, and a curve that is ended by its
-    // iterations.
+    // Hairpins, for which bending alone has no minimum, and a curve that runs out of iterations.
     let hairpin = [0.0, 0.0, 1.0, 0.05, 0.0, 0.1, 1.0, 0.15, 0.0, 0.2];
     let batch = CurveBatch::from_ragged(2, hairpin.to_vec(), vec![0, 5]).unwrap();
     let fair = Fair { energy: bending(2.0), segments: Segments::PerSpan(8), ..sobolev() };
@@ -157,7 +156,7 @@ fn curves_up_to_the_longest_for_a_thread_descend_there_and_longer_ones_on_the_ho
     let mut mixed = problems::<2>(&fair_of(n + 1), &batch);
     mixed.extend(problems::<2>(&fair_of(n), &batch));
     mixed.extend(problems::<2>(&fair_of(3), &batch));
-    // Beyond the host's own rounding at so many vertices.
+    // Above the rounding of the host for this number of vertices.
     mixed.iter_mut().for_each(|problem| problem.tolerance = 1e-5);
     let plan = plan_of(&fair);
     let wanted = descend_on_cpu(&plan, &fair.energy, &refs(&mixed), &|_, _| {});
@@ -201,7 +200,7 @@ fn energies_of_order_3_are_descended_by_the_host() {
 #[test]
 fn what_was_finished_before_the_device_was_lost_is_kept() {
     let Some(gpu) = gpu() else { return };
-    // A chunk a workgroup.
+    // One chunk per workgroup.
     let limits = Limits { chunk_bytes: 1, ..*gpu.limits() };
     let gpu = gpu.with_limits(limits);
     let (fair, problems) = ragged_problems(91);
@@ -216,7 +215,7 @@ fn what_was_finished_before_the_device_was_lost_is_kept() {
         most_ticks: MOST_TICKS,
         lanes: None,
     };
-    // Lost when the first workgroup is back: the second is on the device.
+    // The device is lost when the first workgroup is back and the second is running.
     let back = AtomicUsize::new(0);
     let found = run
         .descend(&mut |_| {}, &|_, _| {
@@ -238,7 +237,7 @@ fn curves_too_long_for_a_thread_descend_with_lanes() {
     let Some(gpu) = gpu() else { return };
     let fair = Fair { energy: bending(2.0) + length(), segments: Segments::PerSpan(3100), ..Fair::default() };
     let mut own = problems::<2>(&fair, &batch::<2>(&[5, 5], |i| i == 1, 61));
-    // Beyond rounding at so many vertices.
+    // Above rounding for this number of vertices.
     own.iter_mut().for_each(|problem| problem.tolerance = 1e-5);
     let plan = plan_of(&fair);
     let all = refs(&own);

@@ -1,4 +1,4 @@
-//! Newton's method on the GPU against that of the CPU in f64.
+//! Tests of Newton's method on the GPU against the CPU in f64.
 
 use std::sync::Arc;
 
@@ -7,8 +7,7 @@ use super::*;
 use crate::discrete::{geodesic_bending, variation};
 use crate::surface::{Quadric, Surface, Torus};
 
-/// What curves come out as, against the CPU in f64 at the same tolerances: in f64 by the same
-/// trials.
+/// The worst differences from the CPU in f64 at the same tolerances. In f64 the trials agree too.
 struct Worst {
     vertices: f64,
     tolerance: f64,
@@ -30,7 +29,7 @@ fn compared<const D: usize>(
     let wanted = descend_on_cpu(&plan, &fair.energy, &refs(problems), &|_, _| {});
     let mut own = problems.to_vec();
     if precision == Precision::F32 {
-        // As a fit has it.
+        // As in a fit.
         own.iter_mut()
             .for_each(|problem| problem.tolerance = fair.tolerance.max(problem.rounding_in_f32(&fair.energy)));
     }
@@ -47,7 +46,7 @@ fn compared<const D: usize>(
             found.norm
         );
         assert!(found.norm <= own[i].tolerance, "{name}: {:e}", found.norm);
-        // Of order 3 hundreds of trials may be damped, and rounding decides on some.
+        // At order 3 hundreds of trials may be damped, and rounding decides some of them.
         let is_long = plan.order == 3 && wanted.evaluations > 40;
         worst.long += usize::from(is_long);
         if precision == Precision::F64 && !is_long {
@@ -64,7 +63,7 @@ fn compared<const D: usize>(
     worst
 }
 
-/// Descents with so many lanes a curve.
+/// Descends with this number of lanes per curve.
 fn with_lanes<const D: usize>(
     gpu: &Gpu,
     precision: Precision,
@@ -88,14 +87,14 @@ fn check<const D: usize>(gpu: &Gpu, fair: &Fair, problems: &[Problem<D>], ways: 
             "{D}-D {} {precision:?}, {lanes} lanes: vertices {vertices:.1e} at {tolerance:.0e}, at most {most_iterations} iterations, {mean:.1} evaluations, {long} long",
             fair.energy
         );
-        // In f32 a curve is as far from the minimum as its tolerance leaves it: a tenth of that
-        // here, or less.
+        // In f32 the distance from the minimum is proportional to the tolerance: here a tenth of it
+        // or less.
         let most = if precision == Precision::F64 { 1e-9 } else { 1e-6_f64.max(tolerance / 5.0) };
         assert!(vertices < most, "{D}-D {} {precision:?}: vertices differ by {vertices:e}", fair.energy);
     }
 }
 
-/// Precisions of the adapter, with each of these numbers of lanes.
+/// Every precision of the adapter with each of these numbers of lanes.
 fn ways(gpu: &Gpu, lanes: &[usize]) -> Vec<(Precision, usize)> {
     precisions(gpu).into_iter().flat_map(|precision| lanes.iter().map(move |&lanes| (precision, lanes))).collect()
 }
@@ -121,8 +120,8 @@ fn curves_of_other_exponents_and_of_a_users_energy_take_the_steps_of_the_cpu() {
     for energy in [bending(3.0) + length(), square() + length(), bending(2.0) + 0.2 * bending(3.0) + length()] {
         check_ragged(&gpu, &Fair { energy, segments: Segments::PerSpan(5), ..Fair::default() }, &[1], 31);
     }
-    // Where a curve is straight, |T′ − T|^1.5 has no second derivative, and rounding decides how
-    // often it is tried.
+    // On a straight curve |T′ − T|^1.5 has no second derivative, and rounding decides the number of
+    // trials.
     let curved: Vec<usize> = RAGGED.into_iter().filter(|&points| points > 2).collect();
     let fair = Fair { energy: bending(1.5) + length(), segments: Segments::PerSpan(5), ..Fair::default() };
     let both = ways(&gpu, &[1]);
@@ -144,7 +143,7 @@ fn attached_curves_take_the_steps_of_the_cpu() {
     }
 }
 
-/// Zigzags of random heights, whose Hessians are far from positive definite where they start.
+/// Zigzags of random heights, whose Hessians are far from positive definite at the start.
 fn rough<const D: usize>(points: usize, curves: usize, closed: impl Fn(usize) -> bool, seed: u64) -> CurveBatch {
     let mut rng = StdRng::seed_from_u64(seed);
     let coords = (0..curves * points).flat_map(|i| {
@@ -160,7 +159,7 @@ fn rough<const D: usize>(points: usize, curves: usize, closed: impl Fn(usize) ->
         .unwrap()
 }
 
-// In f64: sharp turns leave f32 a gradient above the tolerance, however it is reached.
+// In f64 only: at sharp turns the gradient in f32 stays above the tolerance, whatever the path.
 #[test]
 fn rough_curves_are_damped_as_on_the_cpu() {
     let Some(gpu) = gpu() else { return };
@@ -212,7 +211,7 @@ fn curves_that_fold_or_run_away_end_as_on_the_cpu_and_leave_their_neighbours_bit
     let fair = Fair { energy: bending(2.0), segments: Segments::PerSpan(8), max_iterations: 2000, ..Fair::default() };
     let plan = plan_of(&fair);
     let mut given = problems::<2>(&fair, &loose);
-    // Back along the edge before.
+    // The edge goes back along the previous one.
     given[2].base[9] = given[2].base[8].map(|x| -x);
     given.iter_mut().for_each(|problem| problem.tolerance = 1e-4);
     let wanted = descend_on_cpu(&plan, &fair.energy, &refs(&given), &|_, _| {});
@@ -253,7 +252,7 @@ fn a_damped_descent_has_the_same_bits_however_its_ticks_are_divided() {
             run.descend(&mut |_| {}, &|_, _| {}).unwrap()
         };
         let whole = run(1000);
-        // More than a trial a step: λ is not 0 where dispatches end.
+        // More than one trial per step: λ is not 0 where dispatches end.
         let damped = whole.iter().filter(|outcome| outcome.evaluations > outcome.iterations + 1).count();
         assert!(2 * damped > whole.len(), "{precision:?}: {damped}");
         for most_ticks in [1, 7] {
@@ -317,7 +316,8 @@ fn curves_of_order_3_take_the_steps_of_the_cpu() {
         let problems = problems(fair, &batch::<2>(&RAGGED, |i| i % 2 == 1, seed));
         check::<2>(&gpu, fair, &problems, &in_f64(&gpu, &[lanes]));
     };
-    // A span of one edge has closed curves of three and four vertices; the former are the CPU's.
+    // With one edge per span there are closed curves of three and of four vertices. The CPU
+    // descends the triangles.
     for (n, seed) in [(1, 81), (5, 82)] {
         planar(&fair(n), 4, seed);
         let problems = problems(&fair(n), &batch::<3>(&RAGGED, |i| i % 2 == 0, seed + 10));
@@ -337,9 +337,9 @@ fn curves_of_order_3_with_attached_points_take_the_steps_of_the_cpu() {
     }
 }
 
-/// A batch moved onto a surface, a quadric or a torus.
+/// A batch moved onto a quadric or a torus.
 ///
-/// Around a torus x and y are angles, and points are spread over it.
+/// For a torus, x and y are scaled to angles that spread the points over it.
 fn onto(surface: &dyn Surface, batch: &CurveBatch) -> CurveBatch {
     let place = |p: &[f64]| match surface.kind().quadric() {
         Some(_) => DVec3::from_slice(p) + DVec3::new(0.0, 0.0, 1.2),
@@ -372,7 +372,7 @@ fn curves_in_surfaces_take_the_steps_of_the_cpu() {
     let attached = geodesic_bending(3.0) + bending(2.0) + length() + 1e3 * attachment();
     let ellipsoid = Quadric::ellipsoid(DVec3::new(2.0, 1.4, 1.1));
     on(&ellipsoid, Arc::new(ellipsoid.clone()), attached, Pins::Ends, 6, &[1]);
-    // A text has kernels in f64 alone.
+    // Surfaces given by WGSL code have kernels in f64 only.
     let torus = Torus::new(3.0, 1.5).unwrap();
     on(&torus, Arc::new(torus), geodesic_bending(2.0) + tautness(), Pins::All, 7, &[1, 8]);
     on(&torus, Arc::new(torus), geodesic_bending(2.0) + bending(2.0) + length(), Pins::All, 6, &[1]);
