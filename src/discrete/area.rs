@@ -1,20 +1,20 @@
-//! [`Area`]: the area of one planar curve, kept by the method of multipliers.
+//! [`Area`]: the multiplier that keeps the area enclosed by one planar curve.
 //!
-//! Wanted is the least energy of the area of the polygon of the points. The next multiplier of the
-//! [term](super::enclosed) is y + ρ(A − A*).
+//! The method of multipliers finds the least energy whose area equals that of the data polygon. The
+//! next multiplier of the [term](super::enclosed) is y + ρ(A − A*).
 
 use super::enclosed::{Enclosed, Enclosing, area_of};
 use super::multipliers::Multipliers;
 use super::problem::Problem;
 
-/// The area is kept to this part of itself.
+/// The relative tolerance of the area.
 pub(super) const TOLERANCE: f64 = 1e-6;
 
-/// ρ of the first round, and the largest, in units of E/A*².
+/// The initial and the largest ρ, in units of E/A*².
 const INITIAL_PENALTY: f64 = 10.0;
 const MOST_PENALTY: f64 = 1e5;
 
-/// The factor of ρ after a round that left more than this part of the violation.
+/// The factor by which ρ grows after a round that leaves more than [`LEFT`] of the violation.
 const PENALTY_GROWTH: f64 = 10.0;
 const LEFT: f64 = 0.1;
 
@@ -35,7 +35,7 @@ pub(super) struct Area {
 }
 
 impl Area {
-    /// The constraint on a curve of this energy.
+    /// The constraint on a curve with this energy at its start.
     pub fn new<const D: usize>(wanted: Enclosed, energy: f64, problem: &mut Problem<D>) -> Self {
         let unit = energy / (wanted.unit * wanted.unit);
         problem.enclosing = Enclosing { area: wanted.area, multiplier: 0.0, stiffness: INITIAL_PENALTY * unit };
@@ -78,7 +78,7 @@ mod tests {
     use super::*;
     use crate::linalg::scalar::{dot, scale, subtract};
 
-    /// Unequal edges on a wavy circle, or on a part of it.
+    /// Unequal edges on a wavy circle, or on an arc of it.
     fn problem(closed: bool) -> Problem<2> {
         let at = |k: usize| {
             let (turn, r) = (0.6 * k as f64 + 0.1 * (k * k % 5) as f64, 0.4 + 0.05 * (k * k % 7) as f64);

@@ -10,31 +10,33 @@ use super::setup::PreparedCurve;
 use crate::batch::CurveBatch;
 use crate::linalg::scalar::{Vector, add, scale, subtract};
 
-/// A half-plane between neighbours counts in units of the mean chord, or of this many times the room between them if that is
-/// less.
+/// The unit of length of a separating half-plane is the mean chord, or this factor times the gap to
+/// the neighbour if that is less.
 ///
-/// The margin of a limit is then a small part of that room.
+/// The margin of the constraint is then a small fraction of the gap.
 const OF_ROOM: f64 = 1e3;
 
-/// The limits of one curve, at size 1.
+/// The limits of one curve, scaled to size 1.
 #[derive(Clone, Debug)]
 pub(super) struct CurveLimits<const D: usize> {
-    /// The quantities of every kind of penalties.
+    /// The limited quantity of every kind.
     pub quantities: [Functional; LIMIT_KINDS],
-    /// The slopes β of the penalties of every kind at each vertex, 0 without a limit. A kind without limits is empty.
+    /// The slope β of every kind at each vertex, 0 where there is no limit. The array of an unused
+    /// kind is empty.
     pub slopes: [Vec<f64>; LIMIT_KINDS],
-    /// The regions.
+    /// The region constraints.
     pub regions: Option<RegionConstraints<D>>,
-    /// The longest length.
+    /// The largest length.
     pub longest: Option<f64>,
-    /// The area.
+    /// The required area.
     pub enclosed: Option<Enclosed>,
 }
 
 impl<const D: usize> CurveLimits<D> {
-    /// The limits of a curve at size 1, whose problem learns where it lies.
+    /// The limits of a curve at size 1. If there are region constraints, sets the positions in its
+    /// problem.
     ///
-    /// `separating` are the half-planes between it and its neighbours.
+    /// `separating` are the half-planes between the curve and its neighbours.
     pub fn of(
         own: &Limits,
         batch: &CurveBatch,
@@ -60,7 +62,7 @@ impl<const D: usize> CurveLimits<D> {
         CurveLimits { quantities, slopes, regions, longest, enclosed }
     }
 
-    /// Measures what depends on where the problem's base stands.
+    /// Measures the edges of the problem's base for the region constraints.
     pub fn measure(&mut self, problem: &Problem<D>) {
         self.regions.iter_mut().for_each(|regions| regions.measure(problem));
     }
@@ -77,7 +79,7 @@ fn regions_of<const D: usize>(
     let Polygon { spans, points, vertices, size, .. } = *polygon;
     let column = batch.constraints().corridors.as_deref();
     let widths = of_spans(limits.corridor, column, batch, i, spans);
-    // At size 1 from here on.
+    // From here on lengths are scaled to size 1.
     let from = ready.vertices[0];
     let mut corridors = vec![None; if widths.is_some() { vertices } else { 0 }];
     for (k, span) in spans.iter().enumerate() {
@@ -107,7 +109,8 @@ fn regions_of<const D: usize>(
     RegionConstraints::new(regions, corridors, sides, rows, &ready.problem.pinned, vertices)
 }
 
-/// What the curves of a batch are kept with, if they have limits. `separating` are between neighbours.
+/// The energy terms for the limits of a batch; `None` without limits. `separating` are the
+/// half-planes between neighbours.
 pub(super) fn limit_terms<const D: usize>(
     limits: &Limits,
     batch: &CurveBatch,

@@ -1,7 +1,7 @@
-//! Curves near their points: the fairest of all within a distance of every one.
+//! Curves near their points: the fairest curve within a distance of every data point.
 //!
 //! ```text
-//! smoothing spline (near) ─► rounds inside discs (disc) ─► the fairest within its discs
+//! smoothing spline (near) ─► rounds inside discs (disc) ─► the fairest curve within its discs
 //! ```
 
 use super::disc::Discs;
@@ -21,34 +21,37 @@ use crate::error::{Error, Result};
 use crate::linalg::scalar::Vector;
 use crate::status::CurveStatus;
 
-/// The tolerance of the first round. With more a border's first curve swings out.
+/// The tolerance of the first round. With a larger one the first curve of a border swings out.
 const FIRST: f64 = 0.1;
 
-/// Of 594 borders 592 converge with the largest tolerance 1.0, 591 with 0.3, 590 with 0.1. Eight rounds are common, of three
-/// iterations each.
+/// The schedule of the rounds.
+///
+/// Of 594 borders, 592 converge with the largest tolerance 1.0, 591 with 0.3 and 590 with 0.1.
+/// Eight rounds of three iterations each are common.
 const SCHEDULE: Schedule = Schedule { roughly: 1.0, of_violation: 1.0, rounds: 30, iterations: 100 };
 
-/// A span that is this many times as long as its own chord, and longer by the deviation, has swung out.
+/// A span has swung out if it is longer than this factor times its chord, plus the deviation.
 ///
-/// Half a circle is 1.57 times as long as its chord, and two thirds of a circle 2.42 times. Among borders, spans from
-/// 1.9 times on are loops.
+/// A half circle is 1.57 times as long as its chord, and two thirds of a circle 2.42 times. Among
+/// borders, spans longer than 1.9 times their chord are loops.
 const SWUNG_OUT: f64 = 2.0;
 
-/// A curve that has ended within its discs.
+/// The result of the rounds within discs.
 #[derive(Clone)]
 pub(super) struct InDiscs<const D: usize> {
     ready: PreparedCurve<D>,
     outcome: Outcome<D>,
     discs: Discs,
     rounds: u32,
-    /// Spans that crossed where the points do not, and were drawn tauter.
+    /// Spans that were drawn tauter because they crossed although their data do not.
     tauter: Vec<usize>,
-    /// The deviation asked for, and what the curve may use of it without vanishing, in units of the input.
+    /// The requested deviation, and the deviation that the curve may use without vanishing, in
+    /// units of the input.
     asked: f64,
     allowed: f64,
 }
 
-/// Descends to the least energy within discs.
+/// Finds the least energy within the discs.
 pub(super) async fn within_discs<const D: usize>(
     curve: &CurveFit<'_, D>,
     mut ready: PreparedCurve<D>,
@@ -60,7 +63,7 @@ pub(super) async fn within_discs<const D: usize>(
     ready.problem.tolerance = FIRST.max(fair.tolerance);
     let mut own = Constrained::new(ready, None);
     let mut tauter = Vec::new();
-    // The curve before spans were drawn tauter.
+    // The result before any span was drawn tauter.
     let mut before: Option<(Box<Problem<D>>, Outcome<D>)> = None;
     for times in 0.. {
         own = own.descend(curve, Goal::Free, &mut [&mut discs], &SCHEDULE).await;
@@ -98,9 +101,10 @@ pub(super) async fn within_discs<const D: usize>(
 }
 
 impl<const D: usize> InDiscs<D> {
-    /// Goes on until the curve keeps its limits, if it has any. Returns its report and vertices, and whether the CPU descended.
+    /// Enforces the limits of the curve, if it has any. Returns its report and vertices, and
+    /// whether the CPU descended.
     ///
-    /// `separating` are between neighbours.
+    /// `separating` are the half-planes between neighbours.
     pub async fn kept(mut self, curve: &CurveFit<'_, D>, separating: &[SeparatingHalfPlane]) -> (Found, bool) {
         if curve.fair.limits.is_empty(curve.batch) {
             let on_cpu = self.outcome.on_cpu;
@@ -161,17 +165,17 @@ impl<const D: usize> InDiscs<D> {
     }
 }
 
-/// Whether a span between data points has become a loop.
+/// Whether any span between data points has become a loop.
 fn has_swung_out<const D: usize>(vertices: &[Vector<f64, D>], rows: &[u32], allowed: f64) -> bool {
     let at = |row: u32| vertices[row as usize % vertices.len()];
     let length = |from: u32, to: u32| (from..to).map(|row| distance(at(row), at(row + 1))).sum::<f64>();
     rows.windows(2).any(|ends| length(ends[0], ends[1]) > SWUNG_OUT * distance(at(ends[0]), at(ends[1])) + allowed)
 }
 
-/// Checks that a deviation makes sense.
+/// Checks that a deviation is valid.
 ///
 /// # Errors
-/// A deviation that is not positive and finite. An energy with an attachment of its own.
+/// A deviation that is not positive and finite. An energy that already contains an attachment.
 pub(super) fn check(fair: &Fair, allowed: Deviation) -> Result<()> {
     allowed.check("to go through every point, leave it out")?;
     if fair.energy.attachment_weight() > 0.0 {

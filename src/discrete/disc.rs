@@ -1,12 +1,11 @@
-//! [`Discs`]: the discs around the data points of one curve, and the multipliers that keep it inside.
+//! [`Discs`]: the discs around the data points of one curve, with the multipliers that keep it
+//! inside.
 //!
-//! The constraints are (D² − |f_i − p_i|²)/2 ≥ 0 at every data point p_i, with the penalties of [`Anchor`] as terms. Where a curve
-//! touches its disc, y D is the force that holds it there.
+//! The constraints are (D² − |f_i − p_i|²)/2 ≥ 0 at every data point p_i. Their penalties are terms
+//! of [`Anchor`]. If the curve touches a disc, y D is the force that holds it there.
 //!
-//! A vertex could slide along its curve for nothing, or to make a taut span short. Rails across the curve
-//! keep it from that. They lie along the tangents where the curve stands after the first rounds.
-//!
-//! The tangential anchors are faircurve's.
+//! A vertex could slide along its curve without cost, or to shorten a taut span. Tangential anchors
+//! prevent this. They lie along the curve's tangents after the first rounds. They are faircurve's.
 
 use super::energy::Anchor;
 use super::fair::{Fair, Pins};
@@ -16,24 +15,25 @@ use super::setup::{LONGEST, PreparedCurve, set_up_on_spline};
 use crate::batch::CurveBatch;
 use crate::linalg::scalar::{add, dot, scale};
 
-/// The discs are smaller than the deviation by this much at least, in its units.
+/// The margin by which discs are smaller than the deviation, in units of the deviation.
 ///
-/// Curves come to the edges of their discs from outside.
+/// Iterates approach the boundary of their discs from outside.
 const MARGIN: f64 = 1e-4;
 
-/// The rounding of a vertex in f64 and in f32, at size 1. Margins are no smaller.
+/// The rounding of a vertex at size 1, in f64 and in f32. Margins are at least this large.
 const ROUNDING: [f64; 2] = [1e-11, 1e-5];
 
-/// With a larger margin the deviation is next to rounding, and the curve goes through its points.
+/// With a larger margin the deviation is close to rounding, and the curve interpolates its points.
 const MOST_MARGIN: f64 = 0.1;
 
-/// The violation of a curve that is done, in units of D² and of its margin.
+/// The violation at which multipliers are settled, in units of D² times the margin.
 const FEASIBILITY_TOLERANCE: f64 = 0.8;
 
-/// ρD² in units of w/h^(2m − 1), the stiffness of the spans beside the point.
+/// The initial ρD² in units of w/h^(2m − 1), the stiffness of the adjacent spans.
 const INITIAL_PENALTY: f64 = 10.0;
 
-/// The factor of ρ after a round that did not divide the violation by [`SLOW`].
+/// The factor by which ρ grows after a round that did not reduce the violation by the factor
+/// [`SLOW`].
 const PENALTY_GROWTH: f64 = 10.0;
 
 /// See [`PENALTY_GROWTH`].
@@ -41,17 +41,17 @@ const SLOW: f64 = 4.0;
 
 /// The stiffness of tangential anchors in units of ρD².
 ///
-/// Of the 594 borders of countries-110m 2 do not converge at a deviation of 0.2. With 10 these are 17, and
-/// with 1000 they are 6.
+/// Of the 594 borders of countries-110m, 2 do not converge at a deviation of 0.2. With 10 instead
+/// of 100 these are 17, and with 1000 they are 6.
 const TANGENTIAL_STIFFNESS: f64 = 100.0;
 
-/// Rails are laid anew after each of so many rounds.
+/// Tangential anchors are reset after each of this many first rounds.
 ///
-/// With 0, vertices come together where the curve has turned since, and some 30 of those borders do not converge.
-/// If tangential anchors were set again in every round, they would follow corners that follow them.
+/// With 0, vertices bunch where the curve has turned since, and some 30 of those borders do not
+/// converge. If anchors were reset in every round, they and the corners would follow each other.
 const LAYING: u32 = 2;
 
-/// The discs of a curve.
+/// The discs of a curve, with their multipliers.
 #[derive(Clone)]
 pub(super) struct Discs {
     /// See [`MARGIN`].
@@ -65,9 +65,9 @@ pub(super) struct Discs {
 }
 
 impl Discs {
-    /// The discs of curve `i`, which is made ready for the first round.
+    /// The discs of curve `i`. Prepares the curve for the first round.
     ///
-    /// `allowed` is what the curve may use of its deviation without vanishing.
+    /// `allowed` is the deviation that the curve may use without vanishing.
     pub fn around<const D: usize>(
         ready: &mut PreparedCurve<D>,
         held: &Fair,
@@ -86,10 +86,10 @@ impl Discs {
         let square = radius * radius;
         let chords: f64 = batch.chords(i).sum();
         let problem = &mut ready.problem;
-        // Curves may leave their points on all sides.
+        // A curve may pass its points on any side.
         let longest = LONGEST * (chords + std::f64::consts::TAU * allowed) / ready.size;
         problem.longest = if problem.longest.is_finite() { longest } else { problem.longest };
-        // A curve has room between its points, and in its discs.
+        // The width of a span grows by the room within the discs.
         problem.taut.iter_mut().for_each(|taut| *taut /= 1.0 + *taut * square);
         let order = held.energy.order() as i32;
         let beside = spans_beside(&ready.rows, problem);
@@ -102,27 +102,27 @@ impl Discs {
         Discs { margin, radius, multipliers, violation: f64::INFINITY, rounds: 0 }
     }
 
-    /// Whether the multipliers are known well enough for a descent to the method's tolerance.
+    /// Whether the multipliers are accurate enough for a descent to the method's tolerance.
     pub fn is_settled(&self) -> bool {
         self.violation <= FEASIBILITY_TOLERANCE * self.margin
     }
 
-    /// Whether the deviation is next to rounding, so that the curve goes through its points.
+    /// Whether the deviation is close to rounding, so that the curve interpolates its points.
     pub fn are_points(&self) -> bool {
         self.margin > MOST_MARGIN
     }
 
-    /// Takes the multipliers for known.
+    /// Marks the multipliers as settled.
     pub fn settle(&mut self) {
         self.violation = 0.0;
     }
 
-    /// Begins rounds again, with the same multipliers.
+    /// Restarts the rounds with the same multipliers.
     pub fn begin_again(&mut self) {
         (self.rounds, self.violation) = (0, f64::INFINITY);
     }
 
-    /// Takes the next multipliers, and returns the largest violation, in units of D².
+    /// Updates the multipliers, and returns the largest violation in units of D².
     fn multiply<const D: usize>(&mut self, problem: &Problem<D>) -> f64 {
         let square = self.radius * self.radius;
         let mut violation = 0.0f64;
@@ -168,13 +168,13 @@ impl<const D: usize> Multipliers<D> for Discs {
     }
 }
 
-/// The spline through the points, with all of them pinned.
+/// The spline through the points, with all points pinned.
 fn through_its_points<const D: usize>(held: &Fair, batch: &CurveBatch, i: usize) -> Option<PreparedCurve<D>> {
     let pinned = Fair { pins: Pins::All, ..held.clone() };
     set_up_on_spline(&pinned, batch, i, [false; 2]).ok()
 }
 
-/// The mean length of the spans beside every attached vertex.
+/// The mean length of the spans adjacent to every attached vertex.
 fn spans_beside<const D: usize>(rows: &[u32], problem: &Problem<D>) -> Vec<f64> {
     let lengths: Vec<f64> = problem.base.iter().map(|edge| dot(*edge, *edge).sqrt()).collect();
     let mut beside = vec![(0.0, 0.0); problem.vertices()];
@@ -199,7 +199,7 @@ fn lay_rails<const D: usize>(problem: &mut Problem<D>) {
         let after = base.get(row).copied().unwrap_or(before);
         let [s, t] = [before, after].map(|edge| dot(edge, edge).sqrt());
         let along = add(scale(1.0 / s, before), scale(1.0 / t, after));
-        // Edges that turn back have no tangent in common.
+        // Edges that turn back on each other have no common tangent.
         let length = dot(along, along).sqrt().max(f64::MIN_POSITIVE);
         attached.anchor.tangent = scale((TANGENTIAL_STIFFNESS * attached.stiffness).sqrt() / length, along);
         attached.anchor.along = -dot(attached.anchor.tangent, attached.target);

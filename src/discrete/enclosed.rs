@@ -1,30 +1,30 @@
-//! [`Enclosing`]: what keeps the area that a planar curve encloses, as a term of its energy.
+//! [`Enclosing`]: the energy term that keeps the area enclosed by a planar curve.
 //!
-//! The term is y(A − A*) + ½ ρ(A − A*)², for the wanted area A*. An open curve is closed by the chord
-//! between its ends. For edges e with the first vertex at 0, the area is A = ½ Σ x_j × e_j with
-//! x_j = Σ_{i<j} e_i. Its derivative by e_j is ½ J(X − 2x_j − e_j), where X = Σ e_i and
-//! J(x, y) = (y, −x). Its second derivative by the vertices j (rows) and j + 1 is ½ (0 1; −1 0). The
-//! term ρ ∇A∇Aᵀ of the Hessian is dense, and enters Newton's step by the formula of Sherman and
-//! Morrison.
+//! The term is y(A − A*) + ½ ρ(A − A*)², for the required area A*. An open curve is closed by the
+//! chord between its ends. For edges e with the first vertex at 0, the area is A = ½ Σ x_j × e_j
+//! with x_j = Σ_{i<j} e_i. Its derivative by e_j is ½ J(X − 2x_j − e_j), where X = Σ e_i and J(x,
+//! y) = (y, −x). Its second derivative by the vertices j (rows) and j + 1 is ½ (0 1; −1 0). The
+//! Hessian's part ρ ∇A∇Aᵀ is dense. It enters Newton's step by the Sherman–Morrison formula.
 
 use super::block::Block;
 use super::edges::Edges;
 use crate::linalg::scalar::{Vector, number};
 use crate::linalg::{Scalar, operation};
 
-/// An area counts as at least this part of the disc with the perimeter of the points' polygon.
+/// The tolerance is relative to the area, or to this fraction of the area of a disc with the
+/// perimeter of the data polygon if that is larger.
 const LEAST: f64 = 1e-2;
 
-/// The area that a curve is to enclose, at size 1.
+/// The required area of a curve, at size 1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Enclosed {
     pub area: f64,
-    /// What its tolerance is relative to.
+    /// The area to which the tolerance is relative.
     pub unit: f64,
 }
 
 impl Enclosed {
-    /// The area of a polygon of size 1. The last point is joined to the first.
+    /// The area of a polygon of size 1, whose last point is joined to the first.
     pub fn by<const D: usize>(points: &[Vector<f64, D>]) -> Self {
         let edge = |j: usize| -> Vector<f64, D> {
             let (from, to) = (points[j], points[(j + 1) % points.len()]);
@@ -36,7 +36,7 @@ impl Enclosed {
         Enclosed { area, unit: area.abs().max(LEAST * around * around / (4.0 * std::f64::consts::PI)) }
     }
 
-    /// The excess of an area, in units of the tolerance's.
+    /// The excess of an area over the required one, relative to `unit`.
     pub fn excess(&self, area: f64) -> f64 {
         (area - self.area) / self.unit
     }
@@ -92,7 +92,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         multiplier * excess + S::of(0.5) * stiffness * excess * excess
     }
 
-    /// The first two components of an edge, 0 where a lane has none.
+    /// The first two components of an edge; 0 in lanes without this edge.
     #[inline(always)]
     fn planar(&self, j: usize) -> [S; 2] {
         let length = self.starts::<1>(j) * self.length[j];
@@ -111,7 +111,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         (S::of(0.5) * twice, at)
     }
 
-    /// The second derivatives of the term by a vertex and the next, without those in ρ ∇A∇Aᵀ.
+    /// The second derivatives of the term by a vertex and the next, without the part ρ ∇A∇Aᵀ.
     pub(super) fn enclosing_block(&self, Enclosing { area, multiplier, stiffness }: Enclosing<S>) -> Block<S, D> {
         let half = S::of(0.5) * (multiplier + stiffness * (self.enclosed().0 - area));
         let mut block = [[S::ZERO; D]; D];
@@ -119,7 +119,7 @@ impl<S: Scalar, const D: usize> Edges<S, D> {
         block
     }
 
-    /// Adds the derivatives of the area with a weight, from Σ e.
+    /// Adds the derivatives of the area times a weight, from Σ e.
     #[inline(always)]
     pub(super) fn add_area(&mut self, weight: S, all: [S; 2]) {
         let (two, half) = (S::of(2.0), S::of(0.5) * weight);

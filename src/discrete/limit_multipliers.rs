@@ -1,6 +1,7 @@
 //! [`LimitMultipliers`]: the multipliers of the limits at the vertices of one curve.
 //!
-//! A limit is c ≥ 0 at a vertex. Its terms are a [`Penalty`] or a [`RegionPenalty`](super::energy::RegionPenalty). The next multiplier is ρs.
+//! A limit is c ≥ 0 at a vertex. Its energy term is a [`Penalty`] or a
+//! [`RegionPenalty`](super::energy::RegionPenalty). The next multiplier is ρs.
 
 use super::area;
 use super::curve_limits::CurveLimits;
@@ -10,39 +11,42 @@ use super::multipliers::Multipliers;
 use super::problem::Problem;
 use crate::linalg::scalar::{Vector, dot, scale, subtract};
 
-/// Limits are kept tighter by this, in units of c.
+/// The margin by which limits are tightened, in units of c.
 ///
-/// Curves come to their limits from outside. For a largest curvature c = 1 − |K|/κ: it is a fraction of κ.
+/// Iterates approach their limits from outside. For a largest curvature, c = 1 − |K|/κ, and the
+/// margin is a fraction of κ.
 pub(super) const MARGIN: f64 = 2e-7;
 
-/// The violation of a curve that is done, in units of its margin.
+/// The violation at which multipliers are settled, in units of the margin.
 pub(super) const FEASIBILITY_TOLERANCE: f64 = 0.5;
 
-/// ρ of the first round, the smallest ρ from which on a curve may be given up, and the largest, in units of E/m.
+/// The initial ρ, the smallest ρ from which a curve may be given up, and the largest ρ, in units of
+/// E/m.
 pub(super) const INITIAL_PENALTY: f64 = 10.0;
 const FIRM_PENALTY: f64 = 1e3;
 const MOST_PENALTY: f64 = 1e7;
 
-/// The factor of ρ after a round that left more than this part of the violation.
+/// The factor by which ρ grows after a round that leaves more than [`LEFT`] of the violation.
 const PENALTY_GROWTH: f64 = 10.0;
 const LEFT: f64 = 0.1;
 
-/// The energy that counts at least is that of bending with this turn in all.
+/// A lower bound of the energy in the unit of ρ: the bending of a curve with this total turn.
 const LEAST_CURVATURE: f64 = 0.1;
 
-/// A curve that violates its limits by less than this may yet keep them.
+/// A curve that violates its limits by less than this is not given up.
 const CLOSE: f64 = 1e-4;
 
-/// A curve is given up when so many rounds one after the other leave more than half of its violation.
+/// A curve is given up after this many consecutive rounds that leave more than half of its
+/// violation.
 const PATIENCE: u32 = 2;
 
-/// The largest norm of the gradient that counts as rounding.
+/// The largest gradient norm that counts as rounding.
 const MOST_ROUNDING: f64 = 1e-6;
 
-/// Violations up to this are met with a larger margin where ρ cannot grow.
+/// If ρ cannot grow, violations up to this are removed by a larger margin.
 const ROUNDING: f64 = 1e-5;
 
-/// The limits of a curve, with their violation and multipliers.
+/// The limits of a curve, with their violation and the state of the multipliers.
 pub(super) struct LimitMultipliers<const D: usize> {
     pub limits: CurveLimits<D>,
     /// ρ
@@ -51,12 +55,13 @@ pub(super) struct LimitMultipliers<const D: usize> {
     unit: f64,
     margin: f64,
     violation: f64,
-    /// Rounds one after the other that left more than half of the violation.
+    /// The number of consecutive rounds that left more than half of the violation.
     slow: u32,
 }
 
 impl<const D: usize> LimitMultipliers<D> {
-    /// Penalties of these limits, at a curve of this energy. `first` is the first ρ in units of E/m.
+    /// Sets the penalties of these limits on a curve with this energy. `first` is the initial ρ in
+    /// units of E/m.
     pub fn around(problem: &mut Problem<D>, limits: CurveLimits<D>, energy: f64, first: f64) -> Self {
         let length = problem.length();
         let least = 0.5 * problem.highest * length * (LEAST_CURVATURE / length).powi(2);
@@ -76,7 +81,7 @@ impl<const D: usize> LimitMultipliers<D> {
         own
     }
 
-    /// o of c = o − βq, but for the margin.
+    /// o of c = o − βq, less the margin.
     fn offset(&self, kind: usize) -> f64 {
         LimitKind::<D>::ALL[kind].offset - self.margin
     }
@@ -115,7 +120,7 @@ impl<const D: usize> Multipliers<D> for LimitMultipliers<D> {
             if grows { (PENALTY_GROWTH * self.stiffness).min(MOST_PENALTY * self.unit) } else { self.stiffness };
         if grows && is_at_most && self.violation <= ROUNDING {
             self.margin = self.margin.max(2.0 * self.violation / FEASIBILITY_TOLERANCE);
-            // The curve was found with the old one.
+            // The current curve was found with the old margin.
             self.violation = f64::INFINITY;
         }
         for kind in 0..LIMIT_KINDS {
@@ -143,10 +148,11 @@ impl<const D: usize> Multipliers<D> for LimitMultipliers<D> {
         self.slow >= PATIENCE
     }
 
-    /// For curvatures βq has an error of βε/h, with h the mean edge. That of a force ρsβ∇q is then ρβ²ε/h³, which √(w/h³)
-    /// of the inner product divides. It is below 1e-8 but for the largest ρ: there 9 of 6,000 rough curves stop at 1.4e-8
-    /// to 3.3e-8, for a bound of some 5e-8. Progress along a direction and torsion have ρβ²ε/h, which for the twist may be any
-    /// number: more than 1e-6 is not allowed.
+    /// For curvatures βq has a rounding error of βε/h, with the mean edge length h. The error of a
+    /// force ρsβ∇q is then ρβ²ε/h³, which √(w/h³) of the inner product divides. The result is below
+    /// 1e-8 except for the largest ρ: there 9 of 6,000 rough curves stop at 1.4e-8 to 3.3e-8,
+    /// against a bound of about 5e-8. For monotonicity and torsion sign the error is ρβ²ε/h. For
+    /// torsion it can be arbitrarily large, so the bound is at most 1e-6.
     fn rounding(&self, problem: &Problem<D>) -> f64 {
         let h = problem.length() / problem.base.len() as f64;
         let of_kind = |(penalties, kind): (&Vec<Penalty<f64>>, LimitKind<D>)| {
@@ -161,12 +167,12 @@ impl<const D: usize> Multipliers<D> for LimitMultipliers<D> {
     }
 }
 
-/// What a limit is of.
+/// The quantity or region that a limit is about.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Limit {
-    /// The quantity of the [kind](LimitKind) of this number.
+    /// The quantity of the [kind](LimitKind) with this index.
     Quantity(usize),
-    /// The region of this number.
+    /// The region with this index.
     Region(usize),
     /// The length of the whole curve.
     Length,
@@ -174,10 +180,10 @@ pub(super) enum Limit {
     Area,
 }
 
-/// The worst of a curve's limits.
+/// The most violated limit of a curve.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Worst {
-    /// −c, at most 0 where every limit is kept.
+    /// −c, at most 0 if all limits are satisfied.
     pub excess: f64,
     pub limit: Limit,
     pub row: usize,
@@ -198,7 +204,7 @@ impl<const D: usize> Problem<D> {
             (Functional::GeodesicMaxCurvature(_), Some(surface)) => {
                 let [(before, s), (after, t), _] = edges;
                 let (turn, normal) = (subtract(after, before), surface.normal(self.places[row]));
-                // Of the turn only the part in the tangent plane is geodesic.
+                // Only the component of the turn in the tangent plane is geodesic.
                 let turn = subtract(turn, scale(dot(turn, normal), normal));
                 2.0 * dot(turn, turn).sqrt() / (s + t)
             }
@@ -206,7 +212,7 @@ impl<const D: usize> Problem<D> {
         }
     }
 
-    /// The limit that the base keeps the least; none without limits.
+    /// The most violated limit of the base. `None` without limits.
     pub(super) fn worst(&self, limits: &CurveLimits<D>) -> Option<Worst> {
         let of_kind = |(kind, slopes): (usize, &'_ Vec<f64>)| {
             let limited = slopes.iter().enumerate().filter(|(_, slope)| **slope != 0.0);
@@ -238,7 +244,7 @@ impl<const D: usize> Problem<D> {
         of_kinds.chain(of_regions).chain(of_length).chain(of_area).max_by(|a, b| a.excess.total_cmp(&b.excess))
     }
 
-    /// The number of vertices that a limit holds.
+    /// The number of vertices with an active limit.
     pub(super) fn held(&self, limits: &CurveLimits<D>) -> usize {
         let holds = |row: &usize| {
             let of_penalties = (0..LIMIT_KINDS).any(|kind| {
@@ -263,7 +269,7 @@ impl<const D: usize> Problem<D> {
     }
 }
 
-/// The quantity of penalties that the first edge leads to, from the edges there.
+/// The limited quantity at a window's first edge.
 struct Quantity<const D: usize>([(Vector<f64, D>, f64); MOST_EDGES]);
 
 impl<const D: usize> Visitor for Quantity<D> {

@@ -1,13 +1,13 @@
-//! A curve that keeps its [`Limits`](super::Limits).
+//! Fits a curve subject to its [`Limits`](super::Limits).
 //!
 //! ```text
-//! curve without limits ─► rounds between penalties ─► the fairest within its limits
+//! curve without limits ─► rounds with penalties ─► the fairest curve within its limits
 //! ```
 //!
-//! A curve that keeps its limits without them stays as it is.
+//! A curve that satisfies its limits without them is left as it is.
 //!
-//! Vertices could change their spacing to keep a limit, since |K| depends on it. A regularisation of [`REGULARISATION`] times the weight
-//! does not let them.
+//! Since |K| depends on the spacing of the vertices, a curve could satisfy a limit by changing the
+//! spacing. A regularisation with [`REGULARISATION`] times its usual weight prevents this.
 
 use super::area::Area;
 use super::curve_limits::CurveLimits;
@@ -24,40 +24,44 @@ use super::setup::PreparedCurve;
 use super::stretch::Stretch;
 use crate::linalg::scalar::add;
 
-/// The weight of the regularisation, in units of its weight without limits.
+/// The weight of the regularisation, relative to its weight without limits.
 const REGULARISATION: f64 = 30.0;
 
-/// A curve without given tangents and regions that is this many times as long as where it started keeps its limits by
-/// loops. So does a planar one that crosses itself as it did not there.
+/// A curve without given tangents and regions satisfies its limits by loops if it is longer than
+/// this factor times the curve without limits. So does a planar curve that crosses itself although
+/// the curve without limits does not.
 ///
-/// At 0.9 of their largest curvature 99 of 100 rough planar curves are 1.05 times as long at most. Longer ones bulge, the
-/// longer the rounder, without a gap between bulges and loops: the number is a choice.
+/// At 0.9 of their largest curvature, 99 of 100 rough planar curves become at most 1.05 times as
+/// long. Longer ones bulge, and there is no gap between bulges and loops, so the value is a choice.
 const LOOPS: f64 = 1.5;
 
-/// The first ρ of penalties in units of E/m. With the second go curves once more that only loops would keep, or that did not
-/// converge.
+/// The initial ρ of penalties in units of E/m. The second is used if the first gives loops or does
+/// not converge.
 ///
-/// Between soft penalties a curve passes over the low barrier that is between its own turn and a loop. Of 30 curves that did
-/// so, where an interior-point method finds one near, 28 keep their limits with the second.
+/// With soft penalties a curve can cross the low barrier between its own turn and a loop. Of 30
+/// such curves for which an interior-point method finds a nearby solution, 28 satisfy their limits
+/// with the second value.
 const FIRSTS: [f64; 2] = [INITIAL_PENALTY, 1e3];
 
-/// The rounds between penalties. The first has the largest tolerance.
+/// The schedule of the rounds. The first round has the largest tolerance.
 const SCHEDULE: Schedule = Schedule { roughly: 1e-2, of_violation: 0.05, rounds: 40, iterations: 25 };
 
-/// The part of a lifted curve's energy that counts at least. With all of it penalties are so stiff at first that curves stay
-/// where they were lifted to.
+/// A lower bound of the energy that scales the penalties of a lifted curve, as a fraction of the
+/// lifted curve's energy. With 1 the initial penalties are so stiff that the curve stays where it
+/// was lifted to.
 const LIFTED: f64 = 0.01;
 
-/// Where curves come from that are to keep their limits.
+/// How the start of a curve with limits was found.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Start {
-    /// A descent without limits.
+    /// By a descent without limits.
     Free,
-    /// Curves that keep them, from which soft penalties would let them go. The stiffer [`FIRSTS`] is the first.
+    /// As a curve that satisfies the limits. Soft penalties would let it violate them again, so the
+    /// stiffer of [`FIRSTS`] is used first.
     WithinLimits,
 }
 
-/// The multipliers of a curve with limits.
+/// The multipliers and rounds of a curve with limits.
 struct Limited<const D: usize> {
     penalties: LimitMultipliers<D>,
     stretch: Option<Stretch>,
@@ -66,7 +70,8 @@ struct Limited<const D: usize> {
 }
 
 impl<const D: usize> Limited<D> {
-    /// A curve at its base. `energies` are its own and that without limits, NaN where there was no minimum.
+    /// A curve at its base. `energies` are its own energy and the energy without limits, NaN if
+    /// there was no minimum.
     fn new(
         curve: &CurveFit<'_, D>,
         limits: CurveLimits<D>,
@@ -81,13 +86,13 @@ impl<const D: usize> Limited<D> {
         let mut energy = energy;
         if let Some(outcome) = &outcome {
             problem.rebase(&outcome.displacements);
-            // The energy of a straight curve vanishes.
+            // The energy of a straight curve is 0.
             energy = energy.max(LIFTED * problem.energy_of_base(curve.energy(Goal::Free)));
         }
         let stretch = limits.longest.map(|longest| Stretch::new(longest, energy, !free.is_nan(), problem));
         let area = limits.enclosed.map(|enclosed| Area::new(enclosed, energy, problem));
         let penalties = LimitMultipliers::around(problem, limits, energy, first);
-        // Ratios are bounded, and a limit could be kept by edges of very unequal lengths.
+        // The regularisation of ratios is bounded, so very unequal edges could satisfy a limit.
         if curve.fair.energy.order() == 2 && curve.fair.surface.is_none() {
             problem.regularise_differences();
         }
@@ -96,7 +101,7 @@ impl<const D: usize> Limited<D> {
         Limited { penalties, stretch, area, rounds: Constrained::new(ready, outcome) }
     }
 
-    /// Descends in rounds, and says how these end. The curve stays in discs too, if it has any.
+    /// Descends in rounds, and returns how they end. The curve also stays in `discs`, if given.
     async fn descend(mut self, curve: &CurveFit<'_, D>, discs: Option<&mut Discs>) -> (Self, Ending) {
         let mut all: Vec<&mut (dyn Multipliers<D> + Send)> = vec![&mut self.penalties];
         if let Some(discs) = discs {
@@ -124,9 +129,10 @@ impl<const D: usize> Limited<D> {
     }
 }
 
-/// Goes on until a curve keeps its limits, and says how it does. `separating` are between it and its neighbours.
+/// Enforces the limits of a curve, and returns the result. `separating` are the half-planes between
+/// it and its neighbours.
 ///
-/// `None` stands for a curve that has no limits.
+/// `None` if the curve has no limits.
 pub(super) async fn keep<const D: usize>(
     curve: &CurveFit<'_, D>,
     free: &PreparedCurve<D>,
@@ -139,7 +145,7 @@ pub(super) async fn keep<const D: usize>(
     if start == Start::WithinLimits {
         firsts.reverse();
     }
-    // What came of the first go.
+    // The result with the first penalty.
     let mut before: Option<(Outcome<D>, LimitsResult)> = None;
     for first in firsts {
         let mut ready = free.clone();
@@ -155,7 +161,7 @@ pub(super) async fn keep<const D: usize>(
             return Some(LimitsResult::of(fair, batch, &ready, &limits, i, energies, Ending::Kept));
         }
         if !has_converged {
-            // It starts from where the curve without limits did.
+            // It starts from the same base as the curve without limits.
             outcome.displacements.fill([0.0; D]);
             energies = [ready.problem.energy_of_base(&fair.energy), f64::NAN];
         }
@@ -183,7 +189,8 @@ pub(super) async fn keep<const D: usize>(
     Some(kept)
 }
 
-/// What came of a curve whose rounds ended, after it descended without limits, and whether that is the last word.
+/// The result of a curve after its rounds, and whether it is final. `free` is its descent without
+/// limits.
 fn judged<const D: usize>(
     curve: &CurveFit<'_, D>,
     limited: Limited<D>,
@@ -203,13 +210,13 @@ fn judged<const D: usize>(
     }
     without.problem.rebase(&free.displacements);
     let without = LimitsResult::of(fair, batch, &without, &limits, i, [energy; 2], Ending::Loops);
-    // A way around a region may be as long as it likes.
+    // A path around a region may have any length.
     let has_no_regions = limits.regions.as_ref().is_none_or(RegionConstraints::has_sides_alone);
     let is_longer = has_no_regions && kept.report.stretch > LOOPS * without.report.stretch;
     let is_good = ending != Ending::Unsettled && outcome.termination == TerminationStatus::Converged;
     let mut within = free.clone();
     within.go_on(outcome);
-    // One that keeps to its side of neighbours must not go back across them.
+    // A curve that stays on its side of its neighbours must not be sent back across them.
     let has_sides = limits.regions.as_ref().is_some_and(RegionConstraints::has_sides);
     let crosses = D == 2 && !has_sides && !start.tangled(&within).is_empty() && start.tangled(free).is_empty();
     if (is_longer || crosses) && !ready.problem.has_tangents {
@@ -218,7 +225,7 @@ fn judged<const D: usize>(
     ((within, kept), is_good)
 }
 
-/// [`keep`] for a curve within a deviation, which stays in its discs as it comes to keep its limits.
+/// [`keep`] for a curve within a deviation, which also stays in its discs.
 pub(super) async fn keep_within<const D: usize>(
     curve: &CurveFit<'_, D>,
     discs: &mut Discs,

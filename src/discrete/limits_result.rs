@@ -1,4 +1,4 @@
-//! [`LimitsResult`]: how a curve keeps its limits, in its report and in words.
+//! [`LimitsResult`]: how well a curve satisfies its limits, for its report and message.
 
 use super::curve_limits::CurveLimits;
 use super::fair::Fair;
@@ -10,12 +10,12 @@ use crate::linalg::scalar::{add, scale};
 use crate::report::{CurveReport, LimitReport};
 use crate::status::CurveStatus;
 
-/// How a curve keeps its limits.
+/// How well a curve satisfies its limits.
 pub(super) struct LimitsResult {
     pub report: LimitReport,
-    /// The data point at or before the limit that it keeps the least.
+    /// The data point at or before the most violated limit.
     point: usize,
-    /// How it breaks that limit, and what would be feasible.
+    /// How the curve violates that limit, and which change of the options would help.
     broken: String,
     remedy: String,
     ending: Ending,
@@ -24,16 +24,17 @@ pub(super) struct LimitsResult {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Ending {
     Kept,
-    /// Rounds lead no nearer to the limits.
+    /// Further rounds do not reduce the violation.
     GivenUp,
-    /// Loops alone keep the limits; the curve is the one without limits.
+    /// Only loops satisfy the limits. The curve is the one without limits.
     Loops,
-    /// The rounds were used up, or a round did not end.
+    /// The rounds were used up, or a round failed.
     Unsettled,
 }
 
 impl LimitsResult {
-    /// How a curve at its base keeps its limits. `energies` are its own and that without limits.
+    /// The result for a curve at its base. `energies` are its own energy and the energy without
+    /// limits.
     pub fn of<const D: usize>(
         fair: &Fair,
         batch: &CurveBatch,
@@ -56,7 +57,7 @@ impl LimitsResult {
             neighbours: 0,
             touching: 0,
         };
-        // What is of one edge is of that before the vertex.
+        // A quantity of a single edge belongs to the edge before the vertex.
         let count = problem.base.len();
         let is_of_edge = |kind: usize| limits.quantities[kind].order() == 1;
         let row = match worst.limit {
@@ -71,14 +72,14 @@ impl LimitsResult {
         LimitsResult { report, point, broken, remedy, ending }
     }
 
-    /// Whether it keeps all of them.
+    /// Whether the curve satisfies all limits.
     pub fn is_kept(&self) -> bool {
         self.ending == Ending::Kept
     }
 
-    /// Writes into the report of a curve within a deviation how it keeps its limits.
+    /// Writes the result into the report of a curve within a deviation.
     pub fn judge_within(&self, report: &mut CurveReport, batch: &CurveBatch, i: usize, allowed: f64) {
-        // Curves left as their spline have no gradient.
+        // The report of a curve left as its spline has no gradient.
         let is_spline = report.status == CurveStatus::NotConverged && report.gradient_norm.is_nan();
         if self.ending != Ending::Kept || !is_spline || self.report.cost.is_nan() {
             return self.judge(report, batch, i);
@@ -91,7 +92,7 @@ impl LimitsResult {
         (report.status, report.message) = (CurveStatus::Infeasible, Some(batch.sentence(i, self.point, &what)));
     }
 
-    /// Writes into the report of the curve how it keeps its limits.
+    /// Writes the result into the report of the curve.
     pub fn judge(&self, report: &mut CurveReport, batch: &CurveBatch, i: usize) {
         report.limits = Some(self.report);
         let LimitsResult { broken, remedy, .. } = self;
@@ -118,7 +119,7 @@ impl LimitsResult {
     }
 }
 
-/// How a curve breaks its worst limit, and what would be feasible.
+/// How a curve violates its worst limit, and which change of the options would help.
 fn words<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,

@@ -1,10 +1,10 @@
-//! [`RegionConstraints`]: the regions that the vertices of one curve keep within.
+//! [`RegionConstraints`]: the regions within which the vertices of one curve must lie.
 //!
-//! A vertex is constrained by the few regions that it is nearest to. They are chosen anew between rounds. Those that push
-//! stay.
+//! Each vertex is constrained by the few regions nearest to it. They are chosen again between
+//! rounds. Active ones are kept.
 //!
-//! A curve that passes through a disc to stay out of would be pushed apart along itself. So it is lifted out first, to the
-//! side where it is nearer to the edge.
+//! A curve that passes through an excluded disc would be pushed apart along itself. It is first
+//! lifted out of the disc, on the side where it is nearer to the boundary.
 
 use super::energy::RegionPenalty;
 use super::limits::RegionConstraint;
@@ -13,26 +13,29 @@ use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 
 /// The largest number of regions that constrain a vertex at once.
 ///
-/// A vertex in the corner between two regions has two, and a corridor as a third.
+/// A vertex in the corner between two regions needs both, and a corridor as a third.
 const MOST: usize = 3;
 
-/// An edge may grow by this factor after it was measured.
+/// The factor by which an edge may grow after it was measured.
 const UNEVEN: f64 = 1.01;
 
-/// The regions of a curve at size 1.
+/// The region constraints of a curve at size 1.
 #[derive(Clone, Debug)]
 pub(super) struct RegionConstraints<const D: usize> {
     regions: Vec<RegionConstraint<D>>,
-    /// The rows of the data points that spans lie between, and the longest edge beside each vertex.
+    /// The indices of the data points at both ends of each span, and the longest edge at each
+    /// vertex.
     spans: Vec<[usize; 2]>,
     edges: Vec<f64>,
-    /// The corridor of each vertex; empty without one.
+    /// The corridor of each vertex; empty without a corridor.
     corridors: Vec<Option<RegionConstraint<D>>>,
-    /// The half-planes on the own side of neighbours, and for each vertex the numbers of its own; empty without any.
+    /// The half-planes that separate the curve from its neighbours, and the indices of those of
+    /// each vertex; empty without any.
     sides: Vec<NeighbourConstraint<D>>,
     own: Vec<Vec<usize>>,
     movable: Vec<bool>,
-    /// The regions that constrain each vertex, one per layer. The corridor comes after all regions, and then sides.
+    /// The regions that constrain each vertex, one per layer. Indices count regions first, then the
+    /// corridor, then separating half-planes.
     chosen: Vec<Vec<Option<usize>>>,
 }
 
@@ -41,7 +44,7 @@ pub(super) struct RegionConstraints<const D: usize> {
 pub(super) struct NeighbourConstraint<const D: usize> {
     pub row: usize,
     pub form: RegionConstraint<D>,
-    /// The number of the curve on the other side.
+    /// The index of the curve on the other side.
     pub neighbour: usize,
 }
 
@@ -72,7 +75,7 @@ impl<const D: usize> RegionConstraints<D> {
         }
     }
 
-    /// The largest number of regions that constrain a vertex at once, of this many.
+    /// The largest number of regions that constrain a vertex at once, out of this many.
     pub fn most(regions: usize) -> usize {
         MOST.min(regions)
     }
@@ -82,7 +85,7 @@ impl<const D: usize> RegionConstraints<D> {
         self.chosen.len()
     }
 
-    /// The numbers of the regions of a vertex with their forms; none where it is pinned.
+    /// The indices and constraints of the regions of a vertex; none if it is pinned.
     fn of(&self, row: usize) -> impl Iterator<Item = (usize, RegionConstraint<D>)> {
         let regions = self.regions.iter().map(move |form| form.beside(self.edges[row])).enumerate();
         let corridor = self.corridors.get(row).copied().flatten().map(|form| (self.regions.len(), form));
@@ -91,17 +94,17 @@ impl<const D: usize> RegionConstraints<D> {
         regions.chain(corridor).chain(sides).filter(move |_| self.movable[row])
     }
 
-    /// Whether they are all between neighbours.
+    /// Whether all constraints are separating half-planes.
     pub fn has_sides_alone(&self) -> bool {
         self.regions.is_empty() && self.corridors.is_empty()
     }
 
-    /// Whether any is between neighbours.
+    /// Whether there are separating half-planes.
     pub fn has_sides(&self) -> bool {
         !self.sides.is_empty()
     }
 
-    /// The curve on the other side of a region.
+    /// The curve on the other side of a separating half-plane.
     pub fn neighbour(&self, region: usize) -> Option<usize> {
         Some(self.sides.get(region.checked_sub(self.regions.len() + 1)?)?.neighbour)
     }
@@ -110,7 +113,7 @@ impl<const D: usize> RegionConstraints<D> {
         self.of(row).find(|(number, _)| *number == region).map(|(_, form)| form)
     }
 
-    /// All limits of places: the vertex, the number of the region, and c there.
+    /// All constraints at these positions: the vertex, the index of the region, and c.
     pub fn all<'a>(&'a self, places: &'a [Vector<f64, D>]) -> impl Iterator<Item = (usize, usize, f64)> + 'a {
         places
             .iter()
@@ -118,7 +121,7 @@ impl<const D: usize> RegionConstraints<D> {
             .flat_map(move |(row, place)| self.of(row).map(move |(region, form)| (row, region, form.room(*place))))
     }
 
-    /// Every active penalty, with o of its limit.
+    /// Every penalty in use, with o of its constraint.
     pub fn standing<'a>(
         &'a self,
         regions: &'a mut [Vec<RegionPenalty<f64, D>>],
@@ -130,10 +133,10 @@ impl<const D: usize> RegionConstraints<D> {
         all.filter_map(|(row, (penalty, region))| Some((penalty, self.form(row, (*region)?)?.offset)))
     }
 
-    /// Chooses the regions that constrain every vertex where the problem's base stands.
+    /// Chooses the regions that constrain every vertex of the problem's base.
     ///
-    /// Regions that push stay. r of each is its push y/ρ so far, times `ratio`; then it is that of a penalty of this stiffness
-    /// and margin.
+    /// Active regions are kept. Each push y/ρ so far is multiplied by `ratio`. The new penalties
+    /// have this stiffness and margin.
     pub fn choose(&mut self, problem: &mut Problem<D>, margin: f64, stiffness: f64, ratio: f64) {
         let layers = self.layers();
         self.measure(problem);
@@ -173,16 +176,17 @@ impl<const D: usize> RegionConstraints<D> {
         }
     }
 
-    /// The discs to stay out of that a vertex is in.
+    /// The excluded discs that contain a vertex.
     fn around(&self, row: usize, place: Vector<f64, D>) -> impl Iterator<Item = RegionConstraint<D>> {
         self.of(row).map(|(_, form)| form).filter(move |form| form.penalty.bend < 0.0 && form.room(place) < 0.0)
     }
 
-    /// The displacements that lift the curve at these places out of discs that it passes through; none if there are none.
+    /// The displacements that lift a curve at these positions out of the discs that it passes
+    /// through. `None` if there are none.
     pub fn lift(&self, places: &[Vector<f64, D>], closed: bool) -> Option<Vec<Vector<f64, D>>> {
         let count = places.len();
         let is_within = |row: usize| self.around(row, places[row]).next().is_some();
-        // From a vertex outside on, so that no part of a closed curve is cut in two.
+        // Starts at a vertex outside, so that no part of a closed curve is cut in two.
         let begin = if closed { (0..count).find(|&row| !is_within(row))? } else { 0 };
         let row = |at: usize| (begin + at) % count;
         let mut moves = vec![[0.0; D]; count];
@@ -200,7 +204,8 @@ impl<const D: usize> RegionConstraints<D> {
         moves.iter().any(|u| *u != [0.0; D]).then_some(moves)
     }
 
-    /// Lifts vertices that follow each other out of all discs, across the way to the side of the lower lift.
+    /// Lifts consecutive vertices out of all discs, orthogonally to `way` and to the side with the
+    /// lower lift.
     fn lift_part(&self, places: &[Vector<f64, D>], part: &[usize], way: Vector<f64, D>, moves: &mut [Vector<f64, D>]) {
         let way = scale(1.0 / dot(way, way).sqrt().max(f64::MIN_POSITIVE), way);
         let across = |v: Vector<f64, D>| subtract(v, scale(dot(v, way), way));
@@ -211,7 +216,8 @@ impl<const D: usize> RegionConstraints<D> {
         let (sum, radius) = offsets.fold(([0.0; D], 0.0), |(sum, radius), (o, r)| (add(sum, o), radius + r));
         let mut up = across(sum);
         if dot(up, up).sqrt() < 1e-6 * radius {
-            // Through the middle: to the left, or in space across the coordinate that the way has the least of.
+            // Through the centre: to the left, or in space along the coordinate axis most nearly
+            // orthogonal to `way`.
             up = match D {
                 2 => std::array::from_fn(|c| [-way[1], way[0]][c]),
                 _ => {
@@ -227,7 +233,8 @@ impl<const D: usize> RegionConstraints<D> {
         });
         let (most, lifts, up) = if second.0 < first.0 { second } else { first };
         let peak = lifts.iter().position(|lift| *lift == most).unwrap_or(0);
-        // An arch from the pinned vertex before to that after, without a kink at the edge of a disc.
+        // An arch from the previous pinned vertex to the next, without a kink at the boundary of a
+        // disc.
         let arch = self.arch(part[peak]);
         let height = |row: usize| arch.iter().find(|(own, _)| *own == row).map_or(1.0, |(_, height)| *height);
         let steep = part.iter().zip(&lifts).map(|(&row, lift)| lift / height(row)).fold(most, f64::max);
@@ -236,12 +243,13 @@ impl<const D: usize> RegionConstraints<D> {
         }
     }
 
-    /// The rows between the pinned ones about a row, with heights from 0 at those to 1 at the row.
+    /// The vertices between the pinned ones around a vertex, with heights from 0 at the pinned ones
+    /// to 1 at the vertex.
     fn arch(&self, peak: usize) -> Vec<(usize, f64)> {
         let count = self.movable.len();
         let side = |step: usize| -> Vec<usize> {
             let rows = (1..count).map(|k| (peak + k * step) % count);
-            // An open curve whose end may move ends there.
+            // Stops at an end of an open curve, even if it may move.
             let is_in = |row: &usize| self.movable[*row] && (self.is_closed() || (*row > peak) == (step == 1));
             rows.take_while(is_in).collect()
         };
@@ -260,10 +268,10 @@ impl<const D: usize> RegionConstraints<D> {
         self.spans.last().is_some_and(|span| span[1] == self.movable.len())
     }
 
-    /// How far up a vertex is outside of every disc.
+    /// The distance along `up` at which a vertex is outside of every disc.
     fn height(&self, row: usize, place: Vector<f64, D>, up: Vector<f64, D>) -> f64 {
         let mut lift = 0.0;
-        // Out of one disc it may come into the next.
+        // Leaving one disc may lead into the next.
         for _ in 0..self.regions.len() {
             let at = add(place, scale(lift, up));
             let Some(form) = self.around(row, at).next() else { break };
@@ -277,17 +285,17 @@ impl<const D: usize> RegionConstraints<D> {
 }
 
 impl<const D: usize> RegionConstraint<D> {
-    /// The penalty of a vertex whose displacement is 0 at a place.
+    /// The penalty of a vertex whose displacement is 0 at a position.
     fn region_at(&self, place: Vector<f64, D>, reach: f64, stiffness: f64) -> RegionPenalty<f64, D> {
         RegionPenalty { foot: subtract(self.penalty.foot, place), reach, stiffness, ..self.penalty }
     }
 
-    /// c at a place.
+    /// c at a position.
     pub fn room(&self, place: Vector<f64, D>) -> f64 {
         self.offset - self.penalty.quantity(place).0
     }
 
-    /// About the distance from a place to the edge of the region, negative outside.
+    /// About the distance from a position to the region's boundary, negative outside.
     fn gap(&self, place: Vector<f64, D>) -> f64 {
         self.room(place) / self.penalty.plane.max(self.penalty.bend.abs().sqrt())
     }

@@ -1,7 +1,8 @@
 //! Restarts: the best minimum of one curve from several [`starts`](super::starts).
 //!
-//! A descent ends at the minimum below its start. From other starts it may find other minima. The cheapest that keeps its
-//! limits is taken. If a curve crosses itself where its points do not, the fit is repeated.
+//! A descent ends at a minimum near its start, and other starts may lead to other minima. The
+//! cheapest one that satisfies the limits is used. If a curve crosses itself where its data polygon
+//! does not, the fit is repeated in other ways.
 
 use super::curves::{FairCurves, Vertices};
 use super::fair::{Fair, Segments};
@@ -17,14 +18,14 @@ use super::shortest;
 use super::starts::set_up_at;
 use crate::report::CurveSet;
 
-/// Starts at most. What a thousand do not find, more will not.
+/// The largest number of starts. More are unlikely to find what a thousand did not.
 pub(super) const MOST: u32 = 1_000;
 
-/// The remedies of a curve that crosses itself where its points do not: whether it has twice the edges, its start, and what
-/// is said of it.
+/// The remedies for a curve that crosses itself where its data polygon does not: whether the number
+/// of edges doubles, the start, and the words for the message.
 ///
-/// Within an edge no curve can turn, however taut it is. From circles or from the polygon a curve may turn to the other
-/// side at a sharp point.
+/// However taut a curve is, it cannot turn within an edge. From the start with circles or with the
+/// polygon, it may turn to the other side at a sharp point.
 const REMEDIES: [(bool, u32, &str); 4] = [
     (true, 0, "has twice the edges"),
     (false, 1, "turns another way"),
@@ -32,30 +33,32 @@ const REMEDIES: [(bool, u32, &str); 4] = [
     (true, 2, "turns another way, with twice the edges"),
 ];
 
-/// A minimum is lower than another if it is so by this part.
+/// A minimum counts as lower than another if its energy is lower by this fraction.
 ///
-/// The same one has an energy that differs by some 1e-6, since the regularisation is the start's.
+/// Energies of the same minimum differ by about 1e-6, because the regularisation depends on the
+/// start.
 const LOWER: f64 = 1e-4;
 
-/// The fewest edges a span of a curve that a finer one starts from.
+/// The fewest edges per span of a coarse curve that a finer one starts from.
 const COARSEST: usize = 8;
 
-/// A curve that has been descended, with its problem.
+/// The result of descents of one curve, with its problem.
 pub(super) struct Descended<const D: usize> {
     pub ready: PreparedCurve<D>,
     pub outcome: Outcome<D>,
     untangled: Untangled,
-    /// What it does otherwise because it crossed itself, in words; mostly nothing.
+    /// What was changed because the curve crossed itself, for the message; mostly empty.
     remedy: &'static str,
-    /// The part of the energy that further starts have saved, if there are any.
+    /// The fraction of the energy that restarts saved, if there were any.
     pub gain: Option<f64>,
-    /// How it keeps its limits, if it has any.
+    /// How well it satisfies its limits, if it has any.
     pub kept: Option<LimitsResult>,
-    /// The curve without limits, if neighbours may not cross.
+    /// The curve without limits, if curves of the batch must not cross.
     pub free: Option<Outcome<D>>,
 }
 
-/// Descends a curve from the spline and from `fair.starts` − 1 other starts, each within its limits.
+/// Descends a curve from the spline and from `fair.starts` − 1 other starts, each subject to its
+/// limits.
 pub(super) async fn best<const D: usize>(curve: &CurveFit<'_, D>, ready: PreparedCurve<D>) -> Descended<D> {
     let mut best = Descended::first(curve, ready).await;
     best.keep_limits(curve, Start::Free).await;
@@ -74,7 +77,7 @@ pub(super) async fn best<const D: usize>(curve: &CurveFit<'_, D>, ready: Prepare
 }
 
 impl<const D: usize> Descended<D> {
-    /// Descends a curve, and [untangles](untangle) it.
+    /// Descends a curve, and [removes self-intersections](untangle).
     async fn new(curve: &CurveFit<'_, D>, ready: PreparedCurve<D>) -> Self {
         let (mut ready, mut outcome) = minimise(curve, ready, Goal::Free).await;
         let untangled = untangle(curve, &mut ready, &mut outcome).await;
@@ -101,13 +104,13 @@ impl<const D: usize> Descended<D> {
         self.outcome.termination == TerminationStatus::Converged
     }
 
-    /// Takes another descent of the curve. Iterations add up.
+    /// Replaces the result by another one. Iterations add up.
     fn replace(&mut self, other: Self) {
         let iterations = self.outcome.iterations + other.outcome.iterations;
         *self = Descended { outcome: Outcome { iterations, ..other.outcome }, gain: self.gain, ..other };
     }
 
-    /// Draws the curve in the ways of [`REMEDIES`], until it does not cross itself.
+    /// Fits the curve in the ways of [`REMEDIES`] until it does not cross itself.
     async fn redraw(&mut self, curve: &CurveFit<'_, D>) {
         for (finer, start, remedy) in REMEDIES {
             let segments = match curve.fair.segments {
@@ -126,10 +129,11 @@ impl<const D: usize> Descended<D> {
         }
     }
 
-    /// Descends again what has not converged, from the curve of half the edges.
+    /// Repeats a fit that did not converge, starting from a curve with half the edges.
     ///
-    /// Energies of order 3 have minima that descents from the spline miss, the more so the more edges there are. Each curve
-    /// of half the edges starts from one of a quarter, down to [`COARSEST`] edges a span.
+    /// Energies of order 3 have minima that descents from the spline miss, the more so the more
+    /// edges there are. Each curve of half the edges starts from one of a quarter, down to
+    /// [`COARSEST`] edges per span.
     async fn refine(&mut self, curve: &CurveFit<'_, D>) {
         let segments = match curve.fair.segments {
             Segments::PerSpan(n) if n >= 2 * COARSEST => Segments::PerSpan(n / 2),
@@ -153,7 +157,7 @@ impl<const D: usize> Descended<D> {
         }
     }
 
-    /// Goes on until the curve keeps its limits, if it has any.
+    /// Enforces the limits of the curve, if it has any.
     async fn keep_limits(&mut self, curve: &CurveFit<'_, D>, start: Start) {
         self.free = curve.fair.limits.no_crossing.then(|| self.outcome.clone());
         if !curve.fair.limits.asks_nothing_alone(curve.batch) {
@@ -161,14 +165,15 @@ impl<const D: usize> Descended<D> {
         }
     }
 
-    /// Whether the curve has a minimum that keeps its limits.
+    /// Whether the curve converged and satisfies its limits.
     fn is_good(&self) -> bool {
         self.has_converged() && self.kept.as_ref().is_none_or(LimitsResult::is_kept)
     }
 
-    /// Starts what does not keep its limits again, from the shortest curve of bounded curvature.
+    /// Restarts a curve that does not satisfy its limits from the shortest curve of bounded
+    /// curvature.
     ///
-    /// It keeps a largest curvature wherever the points are, and perhaps the other limits.
+    /// That start satisfies a largest curvature for any data, and possibly the other limits.
     async fn start_from_shortest(&mut self, curve: &CurveFit<'_, D>) {
         let CurveFit { fair, batch, i, kept, .. } = *curve;
         if !fair.limits.bounds_curvature(batch, i) || self.is_good() || D != 2 || fair.surface.is_some() {
@@ -177,7 +182,7 @@ impl<const D: usize> Descended<D> {
         let Some(start) = shortest::start::<D>(fair, batch, i, kept) else { return };
         let ready = set_up_on(fair, batch, i, kept, &*start.curve(0));
         let Ok(ready) = ready else { return };
-        // Without limits a descent would leave them.
+        // A descent without limits would leave them.
         let outcome = Outcome::moved(vec![[0.0; D]; ready.vertices.len()]);
         let untangled = Untangled::default();
         let mut other = Descended { ready, outcome, untangled, remedy: "", gain: None, kept: None, free: None };
@@ -185,7 +190,8 @@ impl<const D: usize> Descended<D> {
         self.take_better(other);
     }
 
-    /// Takes what another descent has found if it is better: it keeps its limits where this one does not, or is cheaper.
+    /// Takes another result if it is better: it satisfies the limits and this one does not, or it
+    /// is cheaper.
     fn take_better(&mut self, mut other: Self) {
         let [before, after] = [&*self, &other].map(|own| own.outcome.energy * own.ready.energy_unit);
         let is_better = match [self.is_good(), other.is_good()] {
@@ -209,7 +215,7 @@ impl<const D: usize> Descended<D> {
         self.replace(other);
     }
 
-    /// What is worth a sentence about the curve, with the span that it is about.
+    /// The message about the curve, with the span that it concerns.
     pub fn message(&self) -> Option<(usize, String)> {
         let (tauter, remedy) = (&self.untangled.tauter, self.remedy);
         match (tauter.first(), remedy) {

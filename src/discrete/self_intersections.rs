@@ -1,9 +1,9 @@
-//! Spans of a planar curve that cross where the polygon of their points does not: they are drawn
-//! tauter.
+//! Removes self-intersections of a planar curve where its data polygon has none, by drawing the
+//! spans involved tauter.
 //!
 //! Tautness takes the width of a span from its chord, its neighbours and the turns of the data. It
-//! knows nothing of a far part of the curve that comes near. Where two spans cross all the same,
-//! both get a narrower width and the curve goes on from there, until they do not cross.
+//! does not account for a distant part of the curve that comes near. If two spans cross, both get a
+//! smaller width and the descent continues, until they do not cross.
 
 use std::ops::Range;
 
@@ -18,20 +18,20 @@ use super::setup::PreparedCurve;
 use crate::linalg::scalar::{Vector, dot, subtract};
 use crate::topology::crossings::{Line, crossings};
 
-/// Rounds at most. After so many a width of h/10 is at its least.
+/// The largest number of rounds. After this many a width of h/10 has reached its minimum.
 pub(super) const ROUNDS: usize = 8;
 
-/// The factor of 1/w² in a round. With 4 more curves fail to converge on the way.
+/// The factor of 1/w² per round. With 4 more curves fail to converge on the way.
 const TAUTER: f64 = 2.0;
 
-/// The least width of a span, in edges. Within half an edge a curve cannot turn, and with 1 instead of 2/3
-/// more crossings stay.
+/// The least width of a span, in edges. Within half an edge a curve cannot turn. With 1 instead of
+/// 2/3 more crossings remain.
 const LEAST_WIDTH: f64 = 2.0 / 3.0;
 
-/// The most iterations of a round. What has not converged then has no room to turn in its edges.
+/// The most iterations of a round. A curve that needs more has no room to turn within its edges.
 const MOST_ITERATIONS: u32 = 100;
 
-/// The message of a curve that was drawn tauter in these spans.
+/// The message for a curve that was drawn tauter in these spans.
 pub(super) fn message(spans: &[usize]) -> String {
     format!(
         "from this point to the next it crossed itself where its points do not: it is drawn tauter in {} of its spans",
@@ -39,18 +39,18 @@ pub(super) fn message(spans: &[usize]) -> String {
     )
 }
 
-/// What became of a curve that may have crossed itself.
+/// The result for a curve that may have crossed itself.
 #[derive(Default)]
 pub(super) struct Untangled {
-    /// The spans that were drawn tauter, increasing.
+    /// The spans that were drawn tauter, in increasing order.
     pub tauter: Vec<usize>,
-    /// Whether it may cross itself yet.
+    /// Whether it may still cross itself.
     pub may_cross: bool,
 }
 
-/// Draws spans tauter that cross where their points do not.
+/// Draws spans tauter that cross although their data do not.
 ///
-/// A curve that does not converge when it is drawn tauter stays as it was.
+/// A curve that does not converge with more tension stays as it was.
 pub(super) async fn untangle<const D: usize>(
     curve: &CurveFit<'_, D>,
     ready: &mut PreparedCurve<D>,
@@ -81,7 +81,8 @@ pub(super) async fn untangle<const D: usize>(
 }
 
 impl<const D: usize> PreparedCurve<D> {
-    /// The spans of a converged curve that cross where the polygon of its points does not, increasing.
+    /// The spans of a converged curve that cross where its data polygon does not, in increasing
+    /// order.
     pub(super) fn tangled(&self, outcome: &Outcome<D>) -> Vec<usize> {
         if outcome.termination != TerminationStatus::Converged {
             return vec![];
@@ -113,8 +114,8 @@ impl<const D: usize> PreparedCurve<D> {
         tangled
     }
 
-    /// The curve found, to go on with these spans narrower. `None` where there are none, or all of them have
-    /// their least width.
+    /// The curve with these spans narrower, to continue the descent from. `None` if there are no
+    /// spans, or all have their least width.
     fn tauter(&self, spans: &[usize], outcome: &Outcome<D>) -> Option<Self> {
         if spans.is_empty() {
             return None;
@@ -126,7 +127,7 @@ impl<const D: usize> PreparedCurve<D> {
         })
     }
 
-    /// Makes spans narrower, and returns whether any could be.
+    /// Makes spans narrower. Returns whether any had room for it.
     pub(super) fn narrow(&mut self, spans: &[usize]) -> bool {
         let most = |edges: Range<usize>| {
             let length: f64 = self.problem.base[edges.clone()].iter().map(|edge| dot(*edge, *edge).sqrt()).sum();
@@ -146,18 +147,18 @@ impl<const D: usize> PreparedCurve<D> {
     }
 }
 
-/// The pairs of edges of a polygon that cross, touch or lie on each other, but for neighbours.
+/// The pairs of non-adjacent edges of a polygon that cross, touch or overlap.
 fn edges_that_cross<const D: usize>(vertices: &[Vector<f64, D>], closed: bool) -> Vec<[u32; 2]> {
     let points: Vec<DVec3> = vertices.iter().map(|vertex| DVec3::new(vertex[0], vertex[1], 0.0)).collect();
     let pairs = crossings(&[Line { points: &points, closed }], |_| true);
     pairs.into_iter().map(|pair| pair.map(|(_, edge)| edge)).collect()
 }
 
-/// Whether a curve evidently does not cross itself: it goes forward all the way, or turns by half a
-/// turn at most.
+/// Whether a curve is certain not to cross itself: it moves forwards all the way, or turns by at
+/// most half a turn.
 ///
-/// A curve that crosses itself has a loop, which turns by more than half a turn. Other curves may
-/// be simple too.
+/// A curve that crosses itself has a loop, which turns by more than half a turn. The test may be
+/// false for other simple curves.
 fn is_simple<const D: usize>(vertices: &[Vector<f64, D>], closed: bool) -> bool {
     if closed {
         return false;
@@ -173,7 +174,7 @@ fn is_simple<const D: usize>(vertices: &[Vector<f64, D>], closed: bool) -> bool 
     for j in 1..edges {
         let here = edge(j);
         let (across, forward) = (before[0] * here[1] - before[1] * here[0], before[0] * here[0] + before[1] * here[1]);
-        // An angle is at most its tangent, and the turns of fine polygons are small.
+        // An angle is at most its tangent, and turns of fine polygons are small.
         turned += if forward > across.abs() { across.abs() / forward } else { across.atan2(forward).abs() };
         before = here;
     }
@@ -188,7 +189,7 @@ mod tests {
     use super::*;
     use crate::{CurveBatch, CurveStatus, Device};
 
-    /// The north-east of an island: a cape that is long and narrow, and an edge that comes near it.
+    /// The north-east of an island: a long, narrow cape, and a coast that passes near it.
     const CAPE: [[f64; 2]; 7] = [
         [32.733, 35.14],
         [32.802, 35.145],
@@ -201,7 +202,7 @@ mod tests {
 
     const GENTLE: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.6], [2.1, 0.1], [3.0, 0.9]];
 
-    /// Goes through one point twice, as its polygon does.
+    /// Passes through one point twice, as does its polygon.
     const EIGHT: [[f64; 2]; 5] = [[0.0, 0.0], [2.0, 1.0], [2.0, 0.0], [0.0, 1.0], [-0.5, 0.4]];
 
     fn crossings_of(vertices: &[f64]) -> usize {
@@ -230,7 +231,7 @@ mod tests {
             message.contains("crossed itself where its points do not: it is drawn tauter in 2 of its spans"),
             "{message}"
         );
-        // Others keep every bit, and crossings of the data are theirs.
+        // The other curves keep every bit, and crossings of the data remain.
         assert_eq!([&reports[1].message, &reports[2].message], [&None, &None]);
         assert_eq!(crossings_of(samples.points(2)), before[2]);
         for (k, points) in [(1, &GENTLE[..]), (2, &EIGHT[..])] {

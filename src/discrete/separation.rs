@@ -1,14 +1,17 @@
-//! Curves of a batch that do not cross: each keeps to its side of its neighbours.
+//! Keeps curves of a batch from crossing: each one stays on its side of its neighbours.
 //!
 //! ```text
-//! curves ─► where they cross ─► references that do not ─► half-planes between those ─► descents within them ─► curves …
+//! curves ─► crossings ─► references ─► half-planes ─► constrained descents ─► curves …
 //! ```
 //!
-//! Where two curves cross whose points' polygons do not, both are drawn towards references that do not cross, span by span,
-//! only as far as it takes ([`course`](self::course)). There every edge of one gets a half-plane for both of its vertices: across the
-//! shortest way to the neighbour in the references, before its middle. An edge lies on its side of the nearest point of a convex set, so that the reference keeps them
-//! all, and they can be kept; two edges that are each other's nearest are separated for good. Half-planes stay for all later rounds. The next reference lies between the one before and the curves
-//! found, which both keep them.
+//! If two curves cross although their data polygons do not, both are blended towards references
+//! that do not cross, one span at a time and no further than necessary ([`course`](self::course)).
+//! Both vertices of every edge there get a half-plane: orthogonal to the shortest connection from
+//! the edge to the neighbour in the references, just before its midpoint. A segment lies on its own
+//! side of the nearest point of a convex set, so the reference satisfies all half-planes and they
+//! are feasible. Two edges that are each other's nearest are separated for good. Half-planes stay
+//! in all later rounds. The next reference lies between the previous one and the curves found, and
+//! both satisfy them.
 
 mod course;
 
@@ -26,27 +29,29 @@ use crate::status::CurveStatus;
 use crate::topology::crossings::{Line, Place, contacts};
 use course::{Course, Levels};
 
-/// Rounds at most.
+/// The largest number of rounds.
 const MOST_ROUNDS: usize = 12;
 
-/// The part of the way to the neighbour that a vertex may go. Between two neighbours a tenth of the way is left.
+/// The fraction of the distance to the neighbour that a vertex may use. A tenth is left between two
+/// neighbours.
 const SHARE: f64 = 0.45;
 
-/// A half-plane that one vertex keeps within: axis·(f − foot) ≤ 0, in units of the input.
+/// A half-plane that constrains one vertex: axis·(f − foot) ≤ 0, in units of the input.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SeparatingHalfPlane {
     pub row: usize,
     pub foot: [f64; 2],
-    /// Of length 1, towards the neighbour.
+    /// A unit vector towards the neighbour.
     pub axis: [f64; 2],
-    /// How far the references are apart there.
+    /// The distance between the references there.
     pub gap: f64,
-    /// The number of the curve on the other side.
+    /// The index of the curve on the other side.
     pub neighbour: usize,
 }
 
 impl SeparatingHalfPlane {
-    /// An order in which those of a curve are the same however the curves of the batch are numbered.
+    /// An order of a curve's half-planes that does not depend on the order of the curves in the
+    /// batch.
     fn by_place(&self, other: &Self) -> Ordering {
         let numbers = |half_plane: &Self| [half_plane.foot, half_plane.axis];
         let (own, others) = (numbers(self), numbers(other));
@@ -60,14 +65,14 @@ impl SeparatingHalfPlane {
 pub(super) struct SeparatingHalfPlanes(BTreeMap<usize, Vec<SeparatingHalfPlane>>);
 
 impl SeparatingHalfPlanes {
-    /// Those of a curve.
+    /// The half-planes of a curve.
     pub fn of(&self, i: usize) -> &[SeparatingHalfPlane] {
         self.0.get(&i).map_or(&[], Vec::as_slice)
     }
 
-    /// The most half-planes of a vertex.
+    /// The largest number of half-planes of a vertex.
     pub fn most_at_a_vertex(&self) -> usize {
-        // They are in the order of vertices.
+        // They are sorted by vertex.
         let of_curve = |own: &Vec<SeparatingHalfPlane>| {
             own.chunk_by(|a, b| a.row == b.row).map(<[SeparatingHalfPlane]>::len).max()
         };
@@ -75,12 +80,13 @@ impl SeparatingHalfPlanes {
     }
 }
 
-/// A curve with its report; without vertices one that comes out as its input.
+/// The report and the vertices of a curve. Without vertices the result is the input.
 pub(super) type Found = (CurveReport, Option<Vertices>);
 
-/// Fits curves again that cross others of other owners, until none cross whose points' polygons do not.
+/// Refits curves that cross curves of other owners, until none cross whose data polygons do not.
 ///
-/// `again` fits the curves of these numbers within their half-planes. The reports say how it went.
+/// `again` fits the curves with these indices within their half-planes. The reports state the
+/// result.
 pub(super) fn keep_apart(
     batch: &CurveBatch,
     owners: &[usize],
@@ -105,7 +111,7 @@ pub(super) fn keep_apart(
             (reports[i], curves[i]) = fitted;
             let reference = std::mem::take(&mut courses[i].reference);
             courses[i] = Course::of(batch, i, curves[i].as_ref());
-            // One that has become its points lies in their polygon.
+            // A curve whose result is the input lies in its data polygon.
             if reference.len() == courses[i].points.len() {
                 courses[i].reference = reference;
             }
@@ -118,7 +124,8 @@ pub(super) fn keep_apart(
     Ok(())
 }
 
-/// The pairs of owners whose points' polygons cross or touch, the lower one first, with the curves and edges where.
+/// The pairs of owners whose data polygons cross or touch, the lower owner first, with one place of
+/// contact.
 fn touching(batch: &CurveBatch, owners: &[usize]) -> BTreeMap<[usize; 2], [Place; 2]> {
     let polygons: Vec<_> = (0..batch.len()).map(|i| course::polygon(batch, i)).collect();
     let line = |i: usize| Line { points: &polygons[i], closed: batch.is_closed(i) };
@@ -134,13 +141,13 @@ fn ordered([a, b]: [usize; 2]) -> [usize; 2] {
     [a.min(b), a.max(b)]
 }
 
-/// Which curves are asked to keep apart.
+/// The pairs of curves that must not cross.
 struct Apart<'a> {
     owners: &'a [usize],
     touching: BTreeMap<[usize; 2], [Place; 2]>,
 }
 
-/// A span of a curve, and one of another.
+/// A span of a curve and a span of another.
 type Spans = [(usize, usize); 2];
 
 impl Apart<'_> {
@@ -148,7 +155,7 @@ impl Apart<'_> {
         self.owners[curve]
     }
 
-    /// Where curves cross that are asked not to, one of each pair a `new` one.
+    /// The forbidden crossings in which at least one curve satisfies `new`.
     fn crossings(&self, courses: &[Course], new: impl Fn(u32) -> bool) -> Vec<[Place; 2]> {
         let lines: Vec<Line> = courses.iter().map(|course| course.line(&course.points)).collect();
         let mut found = contacts(&lines, self.owners, new);
@@ -160,8 +167,8 @@ impl Apart<'_> {
         !self.touching.contains_key(&ordered(pair.map(|(arc, _)| self.owner(arc as usize))))
     }
 
-    /// Draws spans that cross towards their references until none do, and one step more, for room. What comes of that
-    /// are the next references.
+    /// Moves crossing spans towards their references until none cross, and then one step further
+    /// for room. The results are the next references.
     ///
     /// Returns every pair of spans that crossed on the way.
     fn references(&self, courses: &mut [Course], crossing: &[[Place; 2]]) -> BTreeSet<Spans> {
@@ -204,9 +211,10 @@ impl Apart<'_> {
         pairs
     }
 
-    /// Adds half-planes between the references at these spans and those beside them. Returns the curves that have new ones.
+    /// Adds half-planes between the references at these spans and at their adjacent spans. Returns
+    /// the curves with new ones.
     fn part(&self, courses: &[Course], pairs: &BTreeSet<Spans>, separating: &mut SeparatingHalfPlanes) -> Vec<usize> {
-        // The spans of the neighbours of every span.
+        // The spans of neighbours for every span.
         let mut across: BTreeMap<(usize, usize), BTreeSet<(usize, usize)>> = BTreeMap::new();
         for &[(a, s), (b, t)] in pairs {
             let [of_a, of_b] = [courses[a].beside(s), courses[b].beside(t)];
@@ -245,13 +253,14 @@ impl Apart<'_> {
         for i in &curves {
             let own = separating.0.entry(*i).or_default();
             sort::by(own, SeparatingHalfPlane::by_place);
-            // Two edges may have theirs from the vertex between them.
+            // Two adjacent edges may share a half-plane at the vertex between them.
             own.dedup_by(|a, b| a.by_place(b).is_eq());
         }
         curves
     }
 
-    /// Writes into the reports which curves are kept apart, which are not asked to be, and which cross yet.
+    /// Writes into the reports which curves were separated, which were exempt, and which still
+    /// cross.
     fn report(
         &self,
         batch: &CurveBatch,
@@ -260,7 +269,7 @@ impl Apart<'_> {
         crossing: &[[Place; 2]],
         reports: &mut [CurveReport],
     ) {
-        // The first of every curve.
+        // The first crossing of every curve.
         let mut crossed: BTreeMap<usize, (Place, usize)> = BTreeMap::new();
         for &[a, b] in crossing {
             crossed.entry(a.0 as usize).or_insert((a, b.0 as usize));

@@ -1,41 +1,42 @@
-//! [`Stretch`]: the longest length of one curve, kept by a weight of its length.
+//! [`Stretch`]: a bound of the length of one curve, enforced by a weight of length.
 //!
-//! Wanted is the least energy of length L at most. With the weight w the curve descends the energy and w times the length.
-//! Its length falls as w grows. The multiplier of the limit is the w at which it is L. It is sought by secants through
-//! the last two, of the length over ln w.
+//! The goal is the least energy with a length of at most L. For a weight w the curve minimises the
+//! energy plus w times the length, and its length falls as w grows. The multiplier is the w at
+//! which the length is L. The secant method finds it from the last two lengths over ln w.
 
 use super::limit_multipliers::{FEASIBILITY_TOLERANCE, MARGIN};
 use super::multipliers::Multipliers;
 use super::problem::Problem;
 
-/// The first weight, in units of E/L for each part by which the curve is too long.
+/// The first weight, in units of E/L, per relative excess of the length.
 const FIRST: f64 = 1.0;
 
-/// The factor of the weight in a round, at most.
+/// The largest factor of the weight in a round.
 const MOST_FACTOR: f64 = 8.0;
 
-/// A larger weight does not make a curve shorter, in units of E/L.
+/// The weight in units of E/L above which the curve is given up.
 const MOST: f64 = 1e8;
 
-/// A smaller weight is none, in units of E/L.
+/// The weight in units of E/L below which it is set to 0.
 const LEAST: f64 = 1e-9;
 
 /// The limit of the length of a curve.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stretch {
-    /// L at size 1, less the margin.
+    /// L at size 1, reduced by the margin.
     most: f64,
     /// w
     weight: f64,
     /// E/L
     unit: f64,
-    /// w and length/L − 1 of the round before.
+    /// w and length/L − 1 of the previous round.
     before: Option<[f64; 2]>,
     violation: f64,
 }
 
 impl Stretch {
-    /// The limit of a curve of this energy, which goes on from a least one or not.
+    /// The limit of a curve with this energy. `is_least` says whether the curve is a minimum
+    /// without the limit.
     pub fn new<const D: usize>(longest: f64, energy: f64, is_least: bool, problem: &mut Problem<D>) -> Self {
         let unit = energy / longest;
         let weight = if is_least { 0.0 } else { unit };
@@ -44,13 +45,13 @@ impl Stretch {
     }
 }
 
-/// Weighs the length, the last term of the energy.
+/// Sets the weight of the length, the last term of the energy.
 fn weigh<const D: usize>(problem: &mut Problem<D>, weight: f64) {
     *problem.weights.last_mut().expect("the term of the length") = weight;
 }
 
 impl<const D: usize> Multipliers<D> for Stretch {
-    /// The part of the length by which the limit is missed, or by which the curve is held back without need.
+    /// The relative excess of the length, or its relative shortfall if the weight is not 0.
     fn violation(&self) -> f64 {
         self.violation
     }
@@ -76,7 +77,7 @@ impl<const D: usize> Multipliers<D> for Stretch {
             _ if self.weight == 0.0 => FIRST * self.unit * excess.max(0.0),
             Some([weight, before]) if weight > 0.0 && before != excess => {
                 let slope = (excess - before) / (self.weight / weight).ln();
-                // Lengths that grow with the weight say nothing.
+                // A length that grows with the weight gives no information.
                 let step = if slope < 0.0 { -excess / slope } else { excess.signum() * MOST_FACTOR.ln() };
                 self.weight * step.exp().clamp(1.0 / MOST_FACTOR, MOST_FACTOR)
             }

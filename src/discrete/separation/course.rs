@@ -1,4 +1,4 @@
-//! [`Course`]: where a curve lies, and where it lay when it crossed nothing.
+//! [`Course`]: the position of a curve, and a reference position in which it crossed nothing.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -9,23 +9,25 @@ use crate::batch::CurveBatch;
 use crate::discrete::curves::Vertices;
 use crate::topology::crossings::Line;
 
-/// The steps from a curve to its reference.
+/// The number of steps from a curve to its reference.
 const STEPS: u8 = 8;
 
-/// A curve of a batch.
+/// A curve of a batch, with its reference.
 pub(super) struct Course {
-    /// Its vertices, or without any its points.
+    /// Its vertices. An unfitted curve has its data points instead.
     pub points: Vec<DVec3>,
-    /// As many places that do not cross those of others: at first on the polygon of its points, later on the way from there to the curve.
+    /// As many positions, which do not cross the references of others. At first they lie on the
+    /// data polygon, later between it and the curve.
     pub reference: Vec<DVec3>,
-    /// The rows of its data points. A closed curve has one more, the row after its last.
+    /// The vertex indices of its data points. A closed curve has one more, one past its last
+    /// vertex.
     rows: Vec<u32>,
     closed: bool,
-    /// Whether it has vertices of its own.
+    /// Whether it has vertices.
     pub is_fitted: bool,
 }
 
-/// The points of a curve; none where they are not all finite.
+/// The data points of a curve; empty if any is not finite.
 pub(super) fn polygon(batch: &CurveBatch, i: usize) -> Vec<DVec3> {
     let points = flat(batch.points(i), batch.dimension());
     if points.iter().all(|point| point.is_finite()) { points } else { vec![] }
@@ -36,7 +38,7 @@ fn flat(coords: &[f64], dimension: usize) -> Vec<DVec3> {
 }
 
 impl Course {
-    /// That of curve `i`, whose reference is the polygon of its points.
+    /// The course of curve `i`, whose reference is its data polygon.
     pub fn of(batch: &CurveBatch, i: usize, vertices: Option<&Vertices>) -> Self {
         let (closed, polygon) = (batch.is_closed(i), polygon(batch, i));
         let count = polygon.len();
@@ -63,12 +65,12 @@ impl Course {
         Line { points, closed: self.closed }
     }
 
-    /// The span of an edge.
+    /// The span that contains an edge.
     pub fn span(&self, edge: u32) -> usize {
         self.rows.partition_point(|&row| row <= edge).saturating_sub(1)
     }
 
-    /// A span with those before and after it that have edges.
+    /// A span and the nearest spans before and after it that have edges.
     pub fn beside(&self, span: usize) -> Vec<usize> {
         let count = self.rows.len() - 1;
         let has_edges = |span: &usize| self.rows[*span] < self.rows[*span + 1];
@@ -83,7 +85,7 @@ impl Course {
         spans
     }
 
-    /// The vertices of a span, with those of its data points.
+    /// The vertices of a span, including its data points.
     pub fn rows_of(&self, span: usize) -> impl Iterator<Item = usize> + use<> {
         let count = self.points.len();
         (self.rows[span]..=self.rows[span + 1]).map(move |row| row as usize % count)
@@ -99,11 +101,11 @@ impl Course {
         [self.reference[edge], self.reference[(edge + 1) % self.reference.len()]]
     }
 
-    /// The shortest way from another segment, which they do not cross, to these spans of the reference: its ends. `None`
-    /// where there is no edge.
+    /// The ends of the shortest connection from another segment to these spans of the reference,
+    /// which it does not cross. `None` if there is no edge.
     pub fn nearest(&self, other: [DVec3; 2], spans: Range<usize>) -> Option<[DVec3; 2]> {
         let edges = self.rows[spans.start] as usize..self.rows[spans.end] as usize;
-        // It begins or ends at an end of one of both.
+        // It begins or ends at an endpoint of one of the two segments.
         let ways = edges.flat_map(|edge| {
             let own = self.edge(edge);
             let from = other.map(|end| [end, nearest_of(own, end)]);
@@ -113,7 +115,7 @@ impl Course {
         ways.min_by(|a, b| a[0].distance_squared(a[1]).total_cmp(&b[0].distance_squared(b[1])))
     }
 
-    /// Where its vertices are, drawn towards the reference by the levels of their spans.
+    /// The positions of its vertices, moved towards the reference by the levels of their spans.
     pub fn drawn(&self, levels: &[u8]) -> Vec<DVec3> {
         let mut of_rows = vec![0; self.points.len()];
         for (span, &level) in levels.iter().enumerate() {
@@ -129,7 +131,7 @@ impl Course {
             .collect()
     }
 
-    /// Its length over that of the polygon of its points.
+    /// Its length divided by the length of its data polygon.
     pub fn stretch(&self, batch: &CurveBatch, i: usize) -> f64 {
         let edges = self.points.len() - usize::from(!self.closed);
         let edge = |k: usize| self.points[k].distance(self.points[(k + 1) % self.points.len()]);
@@ -137,7 +139,7 @@ impl Course {
     }
 }
 
-/// The point of a segment that is nearest to another point.
+/// The point of a segment nearest to another point.
 fn nearest_of([p, q]: [DVec3; 2], from: DVec3) -> DVec3 {
     let (way, square) = (q - p, (q - p).length_squared());
     let part = if square > 0.0 { (from - p).dot(way) / square } else { 0.0 };
@@ -148,12 +150,12 @@ fn nearest_of([p, q]: [DVec3; 2], from: DVec3) -> DVec3 {
     }
 }
 
-/// How far the spans of curves are drawn towards their references.
+/// How far the spans of curves have moved towards their references, in steps.
 #[derive(Default)]
 pub(super) struct Levels(BTreeMap<usize, Vec<u8>>);
 
 impl Levels {
-    /// Draws a span of curve `i` further, and returns whether it could.
+    /// Moves a span of curve `i` one step further. Returns whether that was possible.
     pub fn raise(&mut self, course: &Course, i: usize, span: usize) -> bool {
         if !course.is_fitted {
             return false;
@@ -164,12 +166,12 @@ impl Levels {
         can
     }
 
-    /// Those of a curve.
+    /// The levels of a curve.
     pub fn of(&self, i: usize) -> &[u8] {
         self.0.get(&i).map_or(&[], Vec::as_slice)
     }
 
-    /// All curves and spans that are drawn.
+    /// All curves and spans that have moved.
     pub fn all(&self) -> Vec<(usize, usize)> {
         let drawn = |(&i, levels): (&usize, &Vec<u8>)| {
             let spans = levels.iter().enumerate().filter(|(_, level)| **level > 0).map(|(span, _)| (i, span));
