@@ -1,8 +1,9 @@
-//! The shortest curves of bounded curvature: fair curves of least length alone with a largest curvature.
+//! The shortest curves of bounded curvature: length as the only energy, subject to a largest
+//! curvature.
 //!
-//! Such a curve has no second derivative to descend along: it is as straight or as tight as it may be, everywhere. It is a
-//! chain of [`Dubins`] paths, and only the directions at its points are unknown. The host finds them in f64, on every
-//! device.
+//! Such a curve is straight or turns at the bound everywhere, so there is no second derivative to
+//! descend along. It is a chain of [`Dubins`] paths, whose only unknowns are the directions at the
+//! data points. The host finds them in f64, on every device.
 
 mod dubins;
 mod headings;
@@ -27,15 +28,15 @@ use crate::precision::Precision;
 use crate::report::{CurveReport, LimitReport};
 use crate::status::CurveStatus;
 
-/// Whether the shortest curves of bounded curvature are asked for.
+/// Whether the options ask for the shortest curves of bounded curvature.
 pub(super) fn is_asked_for(fair: &Fair, batch: &CurveBatch) -> bool {
     fair.energy.order() == 1 && !fair.limits.is_empty(batch)
 }
 
-/// Checks that the shortest curves can be found within what is asked for.
+/// Checks that these options have a shortest curve of bounded curvature.
 ///
 /// # Errors
-/// Another energy than length, limits of another kind, curves in space.
+/// An energy other than length, limits of other kinds, curves in space.
 pub(super) fn check(fair: &Fair, batch: &CurveBatch) -> Result<()> {
     let mut terms = fair.energy.terms().iter().filter(|(weight, _)| *weight > 0.0);
     let is_length = terms.all(|(_, functional)| matches!(functional, Functional::Length(_)));
@@ -124,7 +125,7 @@ fn fit_one<const D: usize>(
     Ok((report, vertices))
 }
 
-/// The vertices along paths, at equal lengths in every span, and the number of those within turns.
+/// The vertices along paths, equally spaced in every span, and the number of vertices within turns.
 fn laid<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,
@@ -166,7 +167,7 @@ fn laid<const D: usize>(
     (Vertices { coords, rows, tangents: Tangents { frames, ..Tangents::default() }.boxed() }, active)
 }
 
-/// The shortest curve of a largest curvature through the points of curve `i`, to start from.
+/// The shortest curve with the largest curvature through the points of curve `i`, as a start.
 pub(super) fn start<const D: usize>(fair: &Fair, batch: &CurveBatch, i: usize, kept: [bool; 2]) -> Option<FairCurves> {
     let limits = Limits { curvature: fair.limits.curvature, ..Limits::default() };
     let shortest = Fair { energy: length(), limits, ..fair.clone() };
@@ -175,7 +176,7 @@ pub(super) fn start<const D: usize>(fair: &Fair, batch: &CurveBatch, i: usize, k
     Some(FairCurves::new(&batch.select(&[i]), vec![Some(vertices)], Default::default()))
 }
 
-/// The angle of the tangent given at a vertex.
+/// The angle of the given tangent at a vertex.
 fn direction<const D: usize>(batch: &CurveBatch, i: usize, ready: &PreparedCurve<D>, row: usize) -> Option<f64> {
     let tangents = batch.constraints().tangents.as_ref()?;
     let tangent = |k: usize| &tangents[(batch.offsets()[i] + k) * D..][..D];

@@ -1,4 +1,4 @@
-//! Further starts: curves through the points whose tangents are not those of the spline.
+//! Further starts: curves through the data points whose tangents differ from the spline's.
 
 use glam::DVec3;
 use rand::rngs::ChaCha12Rng;
@@ -11,19 +11,19 @@ use crate::batch::CurveBatch;
 use crate::curve::{Curve, Jet, vector};
 use crate::motion::Motion;
 
-/// Tangents of the polygon rounded, in chords.
+/// The length of tangents of the rounded polygon, in chords.
 const ROUNDED: f64 = 0.2;
 
-/// The largest number by which a component of a unit tangent is moved at random.
+/// The largest random change of a component of a unit tangent.
 ///
-/// Of 60 rough curves in bending and 0.1 of length eleven such starts find 39 cheaper ones, and none with 1 and tangents
-/// as long as chords: descents come back from there.
+/// For 60 rough curves with bending and 0.1 of length, eleven such starts find 39 cheaper ones.
+/// With 1 and tangents as long as chords they find none: descents return from there.
 const SPREAD: f64 = 3.0;
 
-/// Tangents at random, in chords.
+/// The length of random tangents, in chords.
 const LONG: f64 = 2.0;
 
-/// Brings a curve of a batch to vertices on one of its starts: 0 is the spline.
+/// Prepares a curve of a batch on one of its starts. Start 0 is the spline.
 pub(super) fn set_up_at<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,
@@ -42,18 +42,18 @@ struct Hermite {
     dimension: usize,
     closed: bool,
     points: Vec<DVec3>,
-    /// A unit vector a point.
+    /// The unit tangent at each point.
     tangents: Vec<DVec3>,
-    /// The length of tangents by the fraction of a span, in chords.
+    /// The length of the derivatives with respect to the fraction of a span, in chords.
     length: f64,
     knots: Vec<f64>,
 }
 
 impl Hermite {
-    /// The start of curve `i` with this number, from 1.
+    /// Start number `start` of curve `i`, from 1.
     ///
-    /// 1 has the tangents of circles through neighbouring points, 2 short ones, which is the polygon rounded, and the
-    /// others have long tangents at random. Given tangents stay.
+    /// Start 1 has the tangents of circles through neighbouring points. Start 2 has short ones and
+    /// is the rounded polygon. The others have long random tangents. Given tangents stay.
     fn start<const D: usize>(batch: &CurveBatch, i: usize, start: u32, seed: u64) -> Self {
         let (closed, count) = (batch.is_closed(i), batch.count(i));
         let points: Vec<DVec3> = batch.points(i).chunks_exact(D).map(vector).collect();
@@ -112,13 +112,14 @@ impl Curve for Hermite {
     }
 }
 
-/// Unit tangents of the circles through every point and its neighbours.
+/// The unit tangents of the circles through every point and its neighbours.
 ///
-/// Inversion about a point makes a line of its circle: the tangent is a/|a|² + b/|b|² for the chords a
-/// and b before and after it. At the ends of open curves it is that of the next point's circle.
+/// Inversion at a point maps its circle to a line. The tangent is therefore a/|a|² + b/|b|², with
+/// the chords a and b before and after the point. At an end of an open curve it is the tangent of
+/// the next point's circle.
 fn circles(points: &[DVec3], closed: bool) -> Vec<DVec3> {
     let count = points.len();
-    // Chords between repeated points have no direction. A point takes the nearest that has one.
+    // Chords between repeated points have no direction. The nearest chord with a direction is used.
     let chord = |k: usize, step: usize| {
         let mut to = (0..count).map(|away| points[(k + away * step) % count] - points[k]);
         to.find(|chord| *chord != DVec3::ZERO).unwrap_or(DVec3::X)
@@ -132,7 +133,7 @@ fn circles(points: &[DVec3], closed: bool) -> Vec<DVec3> {
         for (end, beside) in [(0, 1), (count - 1, count - 2)] {
             let along = chord(end, if end == 0 { 1 } else { count - 1 }).normalize();
             let there = if count == 2 { chord(0, 1).normalize() } else { tangents[beside] };
-            // A circle's chord has the same angle to the tangents at both its ends.
+            // A chord of a circle has the same angle to the tangents at both ends.
             tangents[end] = 2.0 * along.dot(there) * along - there;
         }
     }

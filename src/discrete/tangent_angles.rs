@@ -1,24 +1,25 @@
-//! Rough planar curves: a second way to curves of least variation, by the angles of their edges.
+//! Descents of rough planar curves of least variation in the tangent angles of their edges.
 //!
-//! Newton's method at the vertices loses its way where data are rough: loops that have to grow, and have to turn,
-//! do so in many small steps. Angles take large ones. The unknowns are the angle of every edge and the logarithm
-//! of the length of the edges of every span, subject to closure: every span leads from its first point to its
-//! last. Steps solve
+//! On rough data Newton's method at the vertices may fail: loops that have to grow and to turn do
+//! so in many small steps. Angles allow large ones. The unknowns are the angle of every edge and
+//! the logarithm of the edge length of every span, subject to closure: every span leads from its
+//! first point to its last. Steps solve
 //!
 //! ```text
 //! (H + λM  Jᵀ) (p)   (−g)
 //! (J       0 ) (μ) = (−c)
 //! ```
 //!
-//! with the Hessian H of the energy and of the closures c times their multipliers, and the metric M of second
-//! differences of angles. A step returns to the closed curves by the least correction. λ grows where the system
-//! has a direction downwards of its own.
+//! with the Hessian H of the Lagrangian (the energy plus the multipliers times the closures c) and
+//! the metric M of second differences of angles. After a step the least correction closes the curve
+//! again. λ grows if the matrix has the wrong inertia.
 //!
-//! The first goal is bending with length, from whose curve the energy's own minimum is near. The result starts
-//! [`Newton`](super::newton)'s method at the vertices again, which ends at a minimum of the very energy: here edges
-//! of a span are exactly alike, and there the regularisation makes them so but for O(h²).
+//! The first stage minimises bending with length, whose minimum is near the one of the energy. The
+//! result is a start for [`Newton`](super::newton)'s method at the vertices, which finds a minimum
+//! of the exact energy. The two differ: here the edges of a span are exactly equal, and there the
+//! regularisation makes them equal up to O(h²).
 //!
-//! All of it is done on the host in f64, on every device: few curves need it, and it needs sines.
+//! All of this runs on the host in f64, on every device: few curves need it, and it needs sines.
 
 mod closure;
 mod functional;
@@ -36,26 +37,26 @@ use super::energy::Energy;
 use super::problem::Problem;
 use crate::linalg::scalar::Vector;
 
-/// The tolerance of bending with length.
+/// The tolerance of the stage of bending with length.
 const NEAR: f64 = 1e-2;
 
-/// The most iterations of bending with length.
+/// The most iterations of the stage of bending with length.
 const NEAR_ITERATIONS: u32 = 25;
 
-/// The tolerance of the energy itself, near enough for two or three iterations at the vertices.
+/// The tolerance for the energy itself. From there two or three iterations at the vertices suffice.
 const NEARER: f64 = 1e-6;
 
-/// A planar curve that may be descended by its angles.
+/// A planar curve that can be descended by its angles.
 pub(super) struct Angles {
     shape: Shape,
     start: shape::Curve,
     functional: Functional,
 }
 
-/// The end of a descent by angles.
+/// The result of a descent by angles.
 pub(super) struct Found<const D: usize> {
     pub ending: Ending,
-    /// Displacements of the vertices from the base, of use if a curve was found.
+    /// The displacements of the vertices from the base, valid if a curve was found.
     pub displacements: Vec<Vector<f64, D>>,
     pub iterations: u32,
     pub trials: u32,
@@ -64,8 +65,9 @@ pub(super) struct Found<const D: usize> {
 impl Angles {
     /// A problem in angles.
     ///
-    /// `None` unless the curve is planar and goes through all its data points, without given tangents, and the
-    /// energy is a sum of variation, bending of exponent 2, length, tautness and tension, without limits.
+    /// `None` unless the curve is planar and interpolates all its data points, without given
+    /// tangents and limits, and the energy is a sum of variation, bending of exponent 2, length,
+    /// tautness and tension.
     pub fn of<const D: usize>(energy: &Energy, problem: &Problem<D>) -> Option<Angles> {
         // Variation is of order 3.
         if energy.order() < 3 {
@@ -76,16 +78,16 @@ impl Angles {
         (functional.variation > 0.0).then_some(Angles { shape, start, functional })
     }
 
-    /// The length of the polygon of the data.
+    /// The length of the data polygon.
     pub fn chord(&self) -> f64 {
         self.shape.chord()
     }
 
-    /// Descends in so many iterations at most.
+    /// Descends in at most this many iterations.
     pub fn descend<const D: usize>(&self, problem: &Problem<D>, most_iterations: u32) -> Found<D> {
         let spans = self.shape.spans.len();
         let chord = self.shape.chord() / spans as f64;
-        // Length and bending weigh the same in a span of the mean chord.
+        // Length and bending have equal weight in a span of the mean chord.
         let near = Functional { bending: 1.0, length: vec![1.0 / (chord * chord); spans], ..Functional::default() };
         let mut search = Search::new(&self.shape, self.start.clone());
         let (tolerance, longest) = (NEAR, f64::INFINITY);
@@ -103,7 +105,7 @@ impl Angles {
         let mut all = vec![[0.0; D]; problem.vertices()];
         let edges: Vec<[f64; 2]> = curve.edges(&self.shape).collect();
         for span in &self.shape.spans {
-            // Data points stay where they are, without the rounding of sums.
+            // Data points stay exactly in place, without the rounding of sums.
             for j in span.start..span.end - 1 {
                 all[j + 1] = std::array::from_fn(|c| all[j][c] + edges[j][c] - problem.base[j][c]);
             }

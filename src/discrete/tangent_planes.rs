@@ -1,4 +1,4 @@
-//! Systems of two unknowns a vertex, in the coordinates of tangent planes.
+//! Linear systems with two unknowns per vertex, in the coordinates of tangent planes.
 
 // Loops over coordinates by index match the formulas.
 #![allow(clippy::needless_range_loop)]
@@ -8,10 +8,10 @@ use crate::linalg::Scalar;
 use crate::linalg::banded::Banded;
 use crate::linalg::scalar::{Vector, dot};
 
-/// Two unit vectors across the normal.
+/// Two orthonormal vectors orthogonal to the normal.
 pub(super) type Basis<S, const D: usize> = [Vector<S, D>; 2];
 
-/// A system of two unknowns a vertex.
+/// A system with two unknowns per vertex.
 pub(super) type TangentSystem<S> = Banded<S, 5>;
 
 /// Bᵀ x
@@ -26,7 +26,7 @@ pub(super) fn between<S: Scalar, const D: usize>(bases: [&Basis<S, D>; 2]) -> Bl
     [onto(bases[1], bases[0][0]), onto(bases[1], bases[0][1])]
 }
 
-/// Adds a symmetric block of a vertex, of which the lower triangle is read.
+/// Adds a symmetric block of a vertex. Only the lower triangle is read.
 #[inline(always)]
 pub(super) fn add_own<S: Scalar>(system: &mut TangentSystem<S>, vertex: usize, block: &Block<S, 2>) {
     system.add_diagonal(2 * vertex, block[0][0]);
@@ -34,7 +34,7 @@ pub(super) fn add_own<S: Scalar>(system: &mut TangentSystem<S>, vertex: usize, b
     system.add_entry(2 * vertex + 1, 2 * vertex, block[1][0]);
 }
 
-/// Adds a block of the coordinates of a vertex (rows) and of a later vertex (columns).
+/// Adds a block that couples a vertex (rows) and a later vertex (columns).
 #[inline(always)]
 pub(super) fn add_pair<S: Scalar>(system: &mut TangentSystem<S>, vertex: usize, later: usize, block: &Block<S, 2>) {
     for a in 0..2 {

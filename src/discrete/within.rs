@@ -1,15 +1,15 @@
-//! [`Within`]: the surface that the curves of all lanes lie in.
+//! [`Within`]: Newton steps for curves that lie in a surface.
 //!
-//! A step moves every vertex in its tangent plane, and then back to the surface:
+//! A step moves every vertex in its tangent plane and then back to the surface:
 //!
 //! ```text
 //! x ← R(x + B u),  g → Bᵀg,  H_ij → B_iᵀ (H_ij − δ_ij l_i ∇²F/|∇F|) B_j,  l = n·g
 //! ```
 //!
-//! B holds two unit vectors across n, and R goes along ∇F. No multipliers are left, and the systems are those of planar
-//! curves: see [`Newton`](super::newton::Newton).
+//! B holds two unit vectors orthogonal to n, and R moves along ∇F. No multipliers remain, and the
+//! systems are those of planar curves: see [`Newton`](super::newton::Newton).
 
-// Loops over coordinates and lanes by index match the formulas, and stay within code for wide registers.
+// Loops over coordinates and lanes by index match the formulas, and keep the code vectorised.
 #![allow(clippy::needless_range_loop)]
 
 mod form;
@@ -28,37 +28,37 @@ use super::tangent_planes::{Basis, TangentSystem, add_own};
 use crate::linalg::scalar::{Vector, add, dot, number, scale, subtract};
 use crate::linalg::{Scalar, operation};
 
-/// The surface of every lane, and what it does to its vertices.
+/// The surfaces of all lanes, with their normals and second derivatives at the vertices.
 pub(crate) struct Within<S, const D: usize> {
     form: RegionConstraint<S, D>,
-    /// Where the vertices of the bases lie. Closed curves repeat their first.
+    /// The positions of the vertices of the bases. Closed curves repeat their first.
     places: Vec<Vector<S, D>>,
-    /// n where the vertices were last framed.
+    /// n at the vertices of the last [`frame`](Self::frame).
     normals: Vec<Vector<S, D>>,
-    /// W = ∇²F/|∇F| there; of quadrics, whose ∇²F is the same everywhere, 1/|∇F| instead.
+    /// W = ∇²F/|∇F| there. For quadrics, whose ∇²F is constant, `flatness` holds 1/|∇F| instead.
     shapes: Vec<Block<S, D>>,
     flatness: Vec<S>,
-    /// Whether they were framed where the curves stand.
+    /// Whether the last frame belongs to the current curves.
     is_framed: bool,
-    /// The edges in the coordinates of their ends, where the system was assembled.
+    /// The edges in the coordinates of their ends, at the last assembly.
     links: Vec<Link<S>>,
-    /// How the surface bends at the vertices there.
+    /// The second derivatives of the surface at the vertices there.
     saddles: Vec<Saddle<S>>,
-    /// The gradient of geodesic bending by the places of vertices.
+    /// The gradient of geodesic bending by the positions of vertices.
     by_place: Vec<Vector<S, D>>,
-    /// n·g of the last evaluation, and of the curves as they stand.
+    /// n·g at the last evaluation, and at the current curves.
     pushes_there: Vec<S>,
     pushes: Vec<S>,
 }
 
 impl<S: Scalar, const D: usize> Within<S, D> {
-    /// The surfaces of all lanes, and where the vertices of their bases lie.
+    /// The surfaces of all lanes, and the positions of the vertices of their bases.
     pub fn new(lanes: &[(&Local, &[Vector<f64, D>])], edges: &Edges<S, D>) -> Self {
         let rows = edges.rows();
         let mut places = vec![[S::ZERO; D]; rows];
         for (lane, (_, own)) in lanes.iter().enumerate() {
             for (row, place) in places.iter_mut().enumerate() {
-                // Rows beyond the last vertex repeat the first, which a closed curve asks for.
+                // Rows beyond the last vertex repeat the first, as closed curves need.
                 let own = own.get(row).unwrap_or(&own[0]);
                 (0..D).for_each(|c| place[c].set_lane(lane, number::<S>(own[c])));
             }
@@ -81,7 +81,7 @@ impl<S: Scalar, const D: usize> Within<S, D> {
         }
     }
 
-    /// Moves vertices that may move back to the surface.
+    /// Moves movable vertices back to the surface.
     #[inline(always)]
     pub fn retract(&self, movable: &[S], u: &mut [Vector<S, D>]) {
         for row in 0..u.len() {
@@ -92,7 +92,7 @@ impl<S: Scalar, const D: usize> Within<S, D> {
         }
     }
 
-    /// Takes normals and second derivatives at the vertices.
+    /// Computes normals and second derivatives at the vertices.
     pub fn frame(&mut self, u: &[Vector<S, D>]) {
         S::run(Frame { within: self, u });
     }
@@ -109,7 +109,7 @@ impl<S: Scalar, const D: usize> Within<S, D> {
         }
     }
 
-    /// The vertex between the edges j and j + 1.
+    /// The turn between the edges j and j + 1.
     #[inline(always)]
     fn turn(&self, edges: &Edges<S, D>, j: usize) -> Turn<S, D> {
         Turn {
@@ -129,7 +129,7 @@ impl<S: Scalar, const D: usize> Within<S, D> {
         }
     }
 
-    /// How the surface bends at a vertex.
+    /// The second derivatives of the surface at a vertex, in its coordinates.
     #[inline(always)]
     fn saddle(&self, row: usize, basis: &Basis<S, D>) -> Saddle<S> {
         let (first, second) = (self.bent(row, basis[0]), self.bent(row, basis[1]));
@@ -140,8 +140,8 @@ impl<S: Scalar, const D: usize> Within<S, D> {
         }
     }
 
-    /// Adds geodesic bending to the partial derivatives, and returns its value. The vertices have been
-    /// [framed](Self::frame).
+    /// Adds geodesic bending to the partial derivatives, and returns its value. The vertices must
+    /// have been [framed](Self::frame).
     pub fn add(&mut self, edges: &mut Edges<S, D>, terms: &[(S, &Functional)]) -> S {
         self.by_place.fill([S::ZERO; D]);
         let mut value = S::ZERO;
@@ -182,7 +182,7 @@ impl<S: Scalar, const D: usize> Within<S, D> {
         value
     }
 
-    /// The value of geodesic bending and penalties where the vertices were framed.
+    /// The value of geodesic bending and penalties at the last frame.
     pub fn value(&self, edges: &Edges<S, D>, terms: &[(S, &Functional)]) -> S {
         let mut value = S::ZERO;
         for (weight, functional) in terms {
@@ -198,7 +198,7 @@ impl<S: Scalar, const D: usize> Within<S, D> {
         value
     }
 
-    /// Completes a gradient, and leaves its part in the tangent planes.
+    /// Completes a gradient, and projects it onto the tangent planes.
     #[inline(always)]
     pub fn settle(&mut self, movable: &[S], gradient: &mut [Vector<S, D>]) {
         for row in 0..gradient.len() {
@@ -209,7 +209,7 @@ impl<S: Scalar, const D: usize> Within<S, D> {
         }
     }
 
-    /// Keeps the last evaluation where `accepted` is 1.
+    /// Keeps the last evaluation in lanes where `accepted` is 1.
     #[inline(always)]
     pub fn accept(&mut self, accepted: S) {
         self.is_framed = true;
@@ -221,8 +221,8 @@ impl<S: Scalar, const D: usize> Within<S, D> {
         }
     }
 
-    /// Gives Newton's systems their tangent planes, and adds to them what energies of lengths, geodesic bending and the surface
-    /// have at the curves as they stand, where the edges are placed.
+    /// Sets the tangent planes of Newton's systems, and adds the parts of energies of lengths, of
+    /// geodesic bending and of the surface, at the current curves. The edges must be placed there.
     pub fn assemble(
         &mut self,
         newton: &mut Newton<S, D>,
@@ -249,7 +249,8 @@ impl<S: Scalar, const D: usize> Within<S, D> {
         }
     }
 
-    /// Sets the tangent planes, and adds what energies of lengths have in them, and how the surface bends.
+    /// Sets the tangent planes, and adds the parts of energies of lengths and of the surface's
+    /// curvature.
     #[inline(always)]
     fn add_stretches(&mut self, newton: &mut Newton<S, D>, edges: &Edges<S, D>) {
         for (row, normal) in self.normals.iter().enumerate() {
@@ -257,7 +258,7 @@ impl<S: Scalar, const D: usize> Within<S, D> {
         }
         newton.close_bases(edges);
         let (system, bases, stretches) = newton.in_tangent_planes();
-        // Closed curves go on in an edge that repeats their first.
+        // Closed curves have one more edge, which repeats their first.
         let rows = edges.most() + usize::from(edges.is_closed());
         self.links.clear();
         for j in 0..rows {
@@ -349,7 +350,7 @@ operation! {
     } -> () { within.add_bends(energy, system, bases, edges, weight, u) }
 }
 
-/// Two unit vectors across a unit vector in space, without a branch.
+/// Two orthonormal vectors orthogonal to a unit vector in space, without a branch.
 ///
 /// Source: T. Duff et al., *Building an orthonormal basis, revisited*, JCGT 6 (2017).
 #[inline(always)]

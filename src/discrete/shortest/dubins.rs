@@ -1,27 +1,29 @@
 //! [`Dubins`]: the shortest planar path of bounded curvature from one pose to another.
 //!
-//! It is a turn, a line and a turn, or three turns of which the middle one is longer than half a circle. All turns are
-//! as tight as the bound allows:
+//! It consists of a turn, a line and a turn, or of three turns of which the middle one is longer
+//! than half a circle. All turns are as tight as the bound allows:
 //!
 //! ```text
 //! LSL  RSR  LSR  RSL  LRL  RLR
 //! ```
 //!
-//! The centre of a turn to the side σ lies at f + σ r n(θ), for the normal n(θ) to the left. With v from the first
-//! centre to the last one and d = |v|, a line between circles of the sides σ, σ′ is p = √(d² − c²) long, c = (σ − σ′) r,
-//! and has the angle ∠v + atan2(c, p). The middle one of three turns is π + 2 acos(d/4r).
+//! The centre of a turn to the side σ lies at f + σ r n(θ), with the normal n(θ) to the left. Let v
+//! lead from the first centre to the last, with d = |v|. A line between circles of the sides σ and
+//! σ′ has the length p = √(d² − c²) with c = (σ − σ′) r, and the angle ∠v + atan2(c, p). The middle
+//! one of three turns is π + 2 acos(d/4r).
 //!
-//! Source: L. E. Dubins, *On curves of minimal length with a constraint on average curvature, and with prescribed initial
-//! and terminal positions and tangents*, American Journal of Mathematics 79 (1957).
+//! Source: L. E. Dubins, *On curves of minimal length with a constraint on average curvature, and
+//! with prescribed initial and terminal positions and tangents*, American Journal of Mathematics 79
+//! (1957).
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 
-/// A turn that lacks less than this of a full circle is none: it is the rounding of angles.
+/// A turn within this distance of a full circle is the rounding of 0.
 const ROUNDING: f64 = 1e-12;
 
-/// A direction, by its angle.
+/// A direction, given by its angle.
 #[derive(Clone, Copy, Debug)]
 pub struct Heading {
     pub angle: f64,
@@ -44,7 +46,7 @@ impl Heading {
 /// A path of three pieces, each a turn or a line.
 #[derive(Clone, Copy, Debug)]
 pub struct Dubins {
-    /// The side of each piece: 1 to the left, −1 to the right, 0 for a line.
+    /// The side of each piece: 1 for left, −1 for right, 0 for a line.
     sides: [f64; 3],
     /// The length of each piece.
     lengths: [f64; 3],
@@ -55,7 +57,7 @@ pub struct Dubins {
 impl Dubins {
     /// The shortest path along a chord, with these directions at its ends.
     ///
-    /// Without a bound the radius is 0, and the path is the chord itself.
+    /// A radius of 0 stands for no bound. The path is then the chord.
     pub fn between(chord: Vector<f64, 2>, [from, to]: [Heading; 2], radius: f64) -> Self {
         if radius == 0.0 {
             let start = Heading::new(chord[1].atan2(chord[0]));
@@ -67,14 +69,14 @@ impl Dubins {
             let v = add(chord, between);
             let (square, across) = (dot(v, v), (first - last) * radius);
             let angle = v[1].atan2(v[0]);
-            // Turns on one circle need no line.
+            // Turns on the same circle need no line.
             let is_one_turn = first == last && square <= (ROUNDING * radius).powi(2);
             if is_one_turn {
                 best.improve([first, 0.0, last], [radius * turn(first * (to.angle - from.angle)), 0.0, 0.0]);
                 continue;
             }
             let line = (square - across * across).sqrt();
-            // It is no number where the circles overlap.
+            // NaN if the circles overlap.
             if line < best.length() {
                 let along = angle + across.atan2(line);
                 let turns = [turn(first * (along - from.angle)), turn(last * (to.angle - along))];
@@ -103,7 +105,7 @@ impl Dubins {
         self.lengths.iter().sum()
     }
 
-    /// The place at this length from the start, relative to it, with the tangent there and the side to which the path turns.
+    /// The pose at a length from the start and relative to it, with the curvature there.
     pub fn place(&self, length: f64) -> Place {
         let (mut at, mut heading, mut turns, mut left) = ([0.0; 2], self.start, 0.0, length);
         for (k, (&side, &own)) in self.sides.iter().zip(&self.lengths).enumerate().filter(|(_, (_, own))| **own > 0.0) {
@@ -112,7 +114,8 @@ impl Dubins {
             if side == 0.0 {
                 at = add(at, scale(part, heading.tangent));
             } else {
-                // A chord of the circle halves the turn. Differences of normals would lose digits of short ones.
+                // The direction of a circle's chord halves the turn. Differences of normals would
+                // lose digits for short chords.
                 let turn = part / self.radius;
                 let along = Heading::new(heading.angle + 0.5 * side * turn);
                 at = add(at, scale(2.0 * self.radius * (0.5 * turn).sin(), along.tangent));
@@ -128,7 +131,7 @@ impl Dubins {
     }
 }
 
-/// A place on a path.
+/// A pose on a path.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
     pub at: Vector<f64, 2>,
@@ -138,16 +141,17 @@ pub struct Place {
     pub turns: bool,
 }
 
-/// The directions at the end of a chord in which a path comes that has two pieces alone, with this direction at its start:
-/// a turn and a line, or two turns.
+/// The end directions of the paths along a chord that have only two pieces, a turn and a line or
+/// two turns, for this start direction.
 ///
-/// Between neighbouring directions there the length of the path jumps, by a circle.
+/// The length of the shortest path jumps by a circle across these directions.
 pub fn jumps(chord: Vector<f64, 2>, from: Heading, radius: f64) -> impl Iterator<Item = f64> {
     [1.0, -1.0].into_iter().flat_map(move |side| {
         let v = subtract(chord, scale(side * radius, from.normal()));
         let (distance, angle) = (dot(v, v).sqrt(), v[1].atan2(v[0]));
         let line = angle + (side * radius).atan2((distance * distance - radius * radius).sqrt());
-        // The centre of the second circle lies twice the radius from that of the first one, and once from the end.
+        // The centre of the second circle has the distance 2r from the first one, and r from the
+        // end.
         let half = ((3.0 * radius * radius + distance * distance) / (4.0 * radius * distance)).acos();
         let second = move |half: f64| {
             let (sine, cosine) = (angle + half).sin_cos();
@@ -158,7 +162,7 @@ pub fn jumps(chord: Vector<f64, 2>, from: Heading, radius: f64) -> impl Iterator
     })
 }
 
-/// The angle from 0 to 2π that is equal to this one.
+/// The equivalent angle from 0 to 2π.
 fn turn(angle: f64) -> f64 {
     let turn = angle - TAU * (angle / TAU).floor();
     if turn >= TAU - ROUNDING { 0.0 } else { turn }

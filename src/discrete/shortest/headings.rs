@@ -1,66 +1,69 @@
-//! The directions at the points of the shortest path of bounded curvature.
+//! The directions at the data points of the shortest path of bounded curvature.
 //!
-//! They are the unknowns: between two points with their directions the path is a [`Dubins`] path. Its length has many
-//! minima, and jumps by a circle where it comes to have two pieces alone. So dynamic programming finds the best of all
-//! combinations:
+//! They are the only unknowns: between two points with given directions the path is a [`Dubins`]
+//! path. Its length has many minima, and jumps by a circle where a path has only two pieces.
+//! Dynamic programming therefore finds the best combination of directions:
 //!
-//! 1. of directions all around, and those of chords and of the circles through neighbouring points;
-//! 2. of these and of those in which paths of two pieces come from the best ones so far and their neighbours';
-//! 3. of the best ones turned by a step or not, and those at jumps beside them, with steps halved to rounding.
+//! 1. from directions all around, and those of chords and of circles through neighbouring points;
+//! 2. from these, and those at which paths of two pieces arrive from the best ones so far and from
+//!    their neighbours';
+//! 3. from the best ones, turned by a step or not, and those at jumps next to them, while steps are
+//!    halved down to rounding.
 //!
-//! Source: M. Frego, P. Bevilacqua, E. Saccon, L. Palopoli and D. Fontanelli, *An iterative dynamic programming approach
-//! to the multipoint Markov–Dubins problem*, IEEE Robotics and Automation Letters 5 (2020). Directions at jumps are
-//! faircurve's.
+//! Source: M. Frego, P. Bevilacqua, E. Saccon, L. Palopoli and D. Fontanelli, *An iterative dynamic
+//! programming approach to the multipoint Markov–Dubins problem*, IEEE Robotics and Automation
+//! Letters 5 (2020). Directions at jumps are faircurve's.
 
 use std::f64::consts::{PI, TAU};
 
 use super::dubins::{Dubins, Heading, jumps};
 use crate::linalg::scalar::{Vector, dot, subtract};
 
-/// Directions all around.
+/// The number of directions all around.
 const FIRST: usize = 24;
 
-/// The last step. Lengths are quadratic in what is left, and so known to rounding.
+/// The last step. Lengths are quadratic in the remaining error, and so accurate to rounding.
 const LAST: f64 = 1e-9;
 
-/// Paths end within this of their points, at size 1. Turns are known to 1e-12, so that they do for radii up to some 10⁵.
+/// The tolerance with which paths end at their points, at size 1. Turns are accurate to 1e-12,
+/// which suffices for radii up to about 10⁵.
 const REACH: f64 = 1e-6;
 
-/// Directions within this part of a step are one.
+/// Directions closer than this fraction of a step count as equal.
 const ONE: f64 = 1e-3;
 
-/// The most directions along jumps that follow from each other.
+/// The most consecutive jumps that are followed.
 const DEEP: usize = 3;
 
-/// Fewer directions than this at one end are tried without bounds.
+/// With fewer directions at one end, combinations are tried without bounds.
 const FEW: usize = 12;
 
-/// Bounds of lengths are smaller by this part than computed.
+/// The relative reduction of lower bounds, for their rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// The most rounds with one step.
+/// The most rounds per step.
 const MOST: u32 = 8;
 
-/// From one point to the next.
+/// The connection from one point to the next.
 #[derive(Clone, Copy, Debug)]
 pub struct Leg {
     pub chord: Vector<f64, 2>,
-    /// The smallest radius, 0 where there is none.
+    /// The smallest radius; 0 without a bound.
     pub radius: f64,
 }
 
 impl Leg {
-    /// The directions at both ends of the chord itself, and of the circles through both ends.
+    /// The directions of the chord, and at both ends of the circles through its ends.
     fn directions(&self) -> impl Iterator<Item = f64> + use<> {
         let [x, y] = self.chord;
         let angle = y.atan2(x);
-        // It is no number where there is no such circle.
+        // NaN if there is no such circle.
         let half = (x.hypot(y) / (2.0 * self.radius)).asin();
         [0.0, half, -half, PI - half, half - PI].into_iter().map(move |turn| angle + turn).filter(|x| x.is_finite())
     }
 }
 
-/// Legs through points, some of which have a direction of their own.
+/// The state of a search along legs, for points with optional given directions.
 struct Search<'a> {
     legs: &'a [Leg],
     given: &'a [Option<f64>],
@@ -69,17 +72,19 @@ struct Search<'a> {
     rounds: u32,
 }
 
-/// The shortest path along legs, leg by leg, and how many times combinations of directions were compared.
+/// The shortest path along legs, leg by leg, and the number of rounds of dynamic programming.
 ///
-/// `given` has the direction at every point that has one of its own. There is a leg fewer than points, or as many for a
-/// closed path. `None` where rounding does not let paths end at their points: radii are too large for the numbers.
+/// `given` holds the given direction of each point. There is one leg fewer than points, or as many
+/// for a closed path. `None` if rounding keeps the paths from reaching their points, because radii
+/// are too large.
 pub fn shortest(legs: &[Leg], given: &[Option<f64>]) -> Option<(Vec<Dubins>, u32)> {
     let mut search = Search { legs, given, best: vec![], length: f64::INFINITY, rounds: 0 };
     let around: Vec<Vec<f64>> = (0..given.len()).map(|k| search.around(k)).collect();
     if !search.take_best_of(&around) {
         return None;
     }
-    // Lengths do not jump if all points are at least four radii apart, and the first directions lead to the best path.
+    // If all points are at least four radii apart, lengths do not jump, and the first directions
+    // lead to the best path.
     let is_close = legs.iter().any(|leg| dot(leg.chord, leg.chord) < (4.0 * leg.radius).powi(2));
     while is_close && search.rounds < MOST && search.take_best_of(&search.over_jumps(&around)) {}
     let deep = if is_close { DEEP } else { 0 };
@@ -108,7 +113,8 @@ impl Search<'_> {
         (0..FIRST).map(|n| TAU * n as f64 / FIRST as f64).chain(beside).collect()
     }
 
-    /// The directions to which the best ones, and those that these lead to, lead over jumps, besides those `around`.
+    /// The directions at jumps from the best ones and from directions at jumps from these, with the
+    /// best ones and those `around`.
     fn over_jumps(&self, around: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let best: Vec<Vec<f64>> = self.best.iter().map(|heading| vec![heading.angle]).collect();
         let mut all = self.at_jumps(&best);
@@ -118,9 +124,10 @@ impl Search<'_> {
         all
     }
 
-    /// The best directions turned by a step or not, and those at jumps that are no more than two steps from them.
+    /// The best directions, turned by a step or not, and those at jumps at most two steps away.
     ///
-    /// Where a path lies along jumps, directions follow from each other: `deep` of them.
+    /// If a path lies on jumps, each direction there determines the next. Up to `deep` of them are
+    /// followed.
     fn nearby(&self, step: f64, deep: usize) -> Vec<Vec<f64>> {
         let turned = |heading: &Heading| vec![heading.angle, heading.angle - step, heading.angle + step];
         let mut all: Vec<Vec<f64>> = self.best.iter().map(turned).collect();
@@ -138,7 +145,8 @@ impl Search<'_> {
         all
     }
 
-    /// The directions at every point in which paths of two pieces come from directions at its neighbours.
+    /// The directions at every point at which paths of two pieces arrive, for these directions at
+    /// its neighbours.
     fn at_jumps(&self, from: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let points = from.len();
         let mut found = vec![vec![]; points];
@@ -148,7 +156,7 @@ impl Search<'_> {
                 found[next].extend(jumps(leg.chord, Heading::new(angle), leg.radius));
             }
             for &angle in &from[next] {
-                // Back along the path.
+                // Backwards along the path.
                 let back = Heading::new(angle + PI);
                 found[k].extend(jumps(leg.chord.map(|x| -x), back, leg.radius).map(|angle| angle + PI));
             }
@@ -156,13 +164,14 @@ impl Search<'_> {
         found
     }
 
-    /// What may be chosen at every point: the direction given, or these.
+    /// The choices at every point: its given direction, or these.
     fn choices(&self, all: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let of = |(all, given): (&Vec<f64>, &Option<f64>)| given.map_or_else(|| all.clone(), |given| vec![given]);
         all.iter().zip(self.given).map(of).collect()
     }
 
-    /// Takes the best combination of these directions if it is shorter than the best so far. Says whether it is.
+    /// Stores the best combination of these directions if it is shorter than the best so far.
+    /// Returns whether it is.
     fn take_best_of(&mut self, all: &[Vec<f64>]) -> bool {
         self.rounds += 1;
         let choices: Vec<Vec<Heading>> =
@@ -176,16 +185,17 @@ impl Search<'_> {
     }
 }
 
-/// The angle from −π to π that is equal to this one.
+/// The equivalent angle from −π to π.
 fn wrapped(angle: f64) -> f64 {
     angle - TAU * (angle / TAU).round()
 }
 
-/// The least lengths of a leg with every direction at its start and any at its end, and with every direction at its end.
+/// Lower bounds of the length of a leg: for every start direction with any end direction, and for
+/// every end direction.
 ///
-/// The shortest path to an end of any direction has two pieces.
+/// The shortest path with a free end direction has two pieces.
 fn bounds(leg: &Leg, [starts, ends]: [&[Heading]; 2]) -> [Vec<f64>; 2] {
-    // Few lengths are computed as soon as bounds.
+    // Computing a few lengths is as fast as computing bounds.
     if leg.radius == 0.0 || starts.len().min(ends.len()) < FEW {
         let chord = dot(leg.chord, leg.chord).sqrt();
         return [vec![chord; starts.len()], vec![chord; ends.len()]];
@@ -199,21 +209,21 @@ fn bounds(leg: &Leg, [starts, ends]: [&[Heading]; 2]) -> [Vec<f64>; 2] {
     [starts.iter().map(|&start| least(leg.chord, start)).collect(), ends.iter().map(back).collect()]
 }
 
-/// The best combination of directions, one for every point, and its length, if it is shorter than `most`.
+/// The best combination of directions, one per point, and its length, if that is less than `most`.
 fn best_of(legs: &[Leg], choices: &[Vec<Heading>], most: f64) -> Option<(Vec<Heading>, f64)> {
     let points = choices.len();
     let closed = legs.len() == points;
     let ends = |k: usize| [&choices[k][..], &choices[(k + 1) % points][..]];
     let bounds: Vec<[Vec<f64>; 2]> = legs.iter().enumerate().map(|(k, leg)| bounds(leg, ends(k))).collect();
     let chords: Vec<f64> = legs.iter().map(|leg| dot(leg.chord, leg.chord).sqrt()).collect();
-    // Lengths that were computed, by the directions at both ends of a leg.
+    // Cached lengths, by the directions at both ends of a leg.
     let mut known: Vec<Vec<f64>> =
         (0..legs.len()).map(|k| vec![f64::NAN; ends(k).map(<[_]>::len).iter().product()]).collect();
     let mut found: Option<(Vec<usize>, f64)> = None;
     let mut most = most;
-    // A closed path comes back with the direction that it started with.
+    // A closed path returns with its start direction.
     for start in 0..if closed { choices[0].len() } else { 1 } {
-        // The shortest ways to every direction at a point, the shortest first.
+        // The shortest paths to every direction at a point, in increasing order of length.
         let first = if closed { start..start + 1 } else { 0..choices[0].len() };
         let mut ways: Vec<(usize, f64)> = first.map(|k| (k, 0.0)).collect();
         let mut from: Vec<Vec<usize>> = Vec::with_capacity(legs.len());
@@ -222,7 +232,7 @@ fn best_of(legs: &[Leg], choices: &[Vec<Heading>], most: f64) -> Option<(Vec<Hea
             let [starts, ends] = ends(k);
             let [by_start, by_end] = &bounds[k];
             rest -= chords[k];
-            // What is left behind an end of this direction is at least so long.
+            // A lower bound of the remaining length after an end with this direction.
             let behind = |n: usize| bounds.get(k + 1).map_or(0.0, |[by_start, _]| by_start[n] + rest - chords[k + 1]);
             let mut by = vec![usize::MAX; ends.len()];
             let mut next = Vec::with_capacity(ends.len());

@@ -1,24 +1,26 @@
-//! Closure: every span leads from its first point to its last, h Σ (cos θ, sin θ) = P′ − P.
+//! Closure constraints: every span leads from its first point to its last, h Σ (cos θ, sin θ) = P′
+//! − P.
 
 use super::shape::{Curve, Shape};
 use crate::linalg::skyline::Skyline;
 
-/// A gap below this part of the polygon's length is closed.
+/// A gap below this fraction of the polygon's length counts as closed.
 ///
-/// Sums of some thousand edges round to less.
+/// Sums over some thousand edges have less rounding.
 const CLOSED: f64 = 1e-12;
 
-/// The most corrections of one retraction.
+/// The most corrections per retraction.
 const MOST_CORRECTIONS: usize = 20;
 
-/// Gaps must shrink to this part with the factors at hand, or corrections are Newton's.
+/// Gaps must shrink by this factor with the existing factorisation. Otherwise corrections are
+/// Newton steps.
 const SHRINKS: f64 = 0.5;
 
-/// A gap that grows by more than this does not close.
+/// The factor by which a gap may grow before the retraction fails.
 const OPENS: f64 = 10.0;
 
 impl Shape {
-    /// How far every span leads past its last point.
+    /// The gap between the end of every span and its last point.
     pub fn gaps<'a>(&'a self, curve: &'a Curve) -> impl Iterator<Item = [f64; 2]> + 'a {
         self.spans.iter().enumerate().map(|(k, _)| {
             let [x, y] = self.reach(curve, k);
@@ -26,7 +28,7 @@ impl Shape {
         })
     }
 
-    /// From the first point of span k to where its edges lead.
+    /// The vector from the first point of span k to the end of its edges.
     fn reach(&self, curve: &Curve, k: usize) -> [f64; 2] {
         let angles = &curve.angles[self.spans[k].clone()];
         let (x, y) = angles.iter().fold((0.0, 0.0), |(x, y), angle| (x + angle.cos(), y + angle.sin()));
@@ -34,7 +36,8 @@ impl Shape {
         [h * x, h * y]
     }
 
-    /// Adds the derivatives of all closures to a matrix, and the second ones times the multipliers.
+    /// Adds the derivatives of all closures to a matrix, and their second derivatives times the
+    /// multipliers.
     pub fn add_closures(&self, curve: &Curve, multipliers: &[[f64; 2]], matrix: &mut Skyline) {
         for (k, edges) in self.spans.iter().enumerate() {
             let (h, [m, n]) = (curve.sizes[k].exp(), multipliers[k]);
@@ -53,16 +56,17 @@ impl Shape {
         }
     }
 
-    /// Closes all spans again after a step, and says whether they are closed.
+    /// Closes all spans again after a step. Returns whether this succeeded.
     ///
-    /// Corrections are the least ones in the norm of the factored system of the step, whose derivatives are those
-    /// of the curve before. Where these do not halve the gaps, corrections are Newton's, by a bump in every span.
+    /// Corrections are least in the norm of the step's factorised system, whose derivatives belong
+    /// to the previous curve. If they do not halve the gaps, each span is corrected by Newton's
+    /// method with a bump.
     pub fn retract(&self, factors: &Skyline, curve: &mut Curve) -> bool {
         let (tolerance, mut last, mut frozen) = (CLOSED * self.chord(), f64::INFINITY, true);
         let mut x = vec![0.0; self.rows()];
         for _ in 0..MOST_CORRECTIONS {
             let gaps: Vec<[f64; 2]> = self.gaps(curve).collect();
-            // NaN stays, whatever it is compared with.
+            // Unlike `f64::max` this takes over a NaN gap.
             let widest = gaps
                 .as_flattened()
                 .iter()
@@ -90,10 +94,11 @@ impl Shape {
         false
     }
 
-    /// One step of Newton's method towards the closure of span k.
+    /// One Newton step towards the closure of span k.
     ///
-    /// It is the least one where angles weigh 1/(16 x² (1 − x)²), x from 0 to 1 along the span, and the logarithm
-    /// of the length weighs as many as the span has edges. The bump leaves the span's ends as they are.
+    /// It is the least one in a norm in which angles have the weight 1/(16 x² (1 − x)²), with x
+    /// from 0 to 1 along the span, and the logarithm of the length has the number of edges as its
+    /// weight. The bump leaves both ends of the span unchanged.
     fn close(&self, k: usize, gap: [f64; 2], curve: &mut Curve) {
         let (edges, h, reach) = (self.spans[k].clone(), curve.sizes[k].exp(), self.reach(curve, k));
         let count = edges.len() as f64;

@@ -1,6 +1,7 @@
-//! [`Functional`]: energies of a planar curve by the angles of its edges and the logarithms of their lengths.
+//! [`Functional`]: energies of a planar curve as functions of the angles of its edges and the
+//! logarithms of their lengths.
 //!
-//! With d the turn at a vertex and a the mean of the lengths beside it, the energies of polygons are
+//! For the turn d at a vertex and the mean a of the adjacent lengths, the energies of polygons are
 //!
 //! | | |
 //! |---|---|
@@ -9,7 +10,8 @@
 //! | length, tautness | Σ w s |
 //! | tension | ½ m Σ s² |
 //!
-//! These are the very sums of [`energy`](super::super::energy), not others that agree with them for short edges.
+//! These are exactly the sums of [`energy`](super::super::energy), not approximations for short
+//! edges.
 
 // Loops over unknowns by index match the formulas.
 #![allow(clippy::needless_range_loop)]
@@ -18,18 +20,18 @@ use super::shape::{Curve, Shape};
 use crate::discrete::energy;
 use crate::linalg::skyline::Skyline;
 
-/// The weights of energies that have a form in angles.
+/// The weights of energies that have an angle form.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Functional {
     pub variation: f64,
     pub bending: f64,
-    /// The weight of length in every span.
+    /// The weight of length in each span.
     pub length: Vec<f64>,
-    /// m times the weight of tension, for m edges.
+    /// The weight of tension times the number m of edges.
     pub tension: f64,
 }
 
-/// A function of a few unknowns with its derivatives.
+/// A function of a few unknowns, with its derivatives.
 struct Local<const N: usize> {
     value: f64,
     first: [f64; N],
@@ -37,9 +39,9 @@ struct Local<const N: usize> {
 }
 
 impl Functional {
-    /// The weights at size 1 of an energy, if all of it has a form in angles.
+    /// The weights at size 1 of an energy. `None` if any of its terms has no angle form.
     ///
-    /// `taut` holds tautness by edge, and is empty where it is not asked for.
+    /// `taut` holds tautness per edge, and is empty if the energy does not contain it.
     pub fn of(energy: &energy::Energy, weights: &[f64], taut: &[f64], shape: &Shape) -> Option<Functional> {
         let mut own = Functional { length: vec![0.0; shape.spans.len()], ..Functional::default() };
         for (&weight, (_, functional)) in weights.iter().zip(energy.terms()).filter(|(weight, _)| **weight > 0.0) {
@@ -64,7 +66,7 @@ impl Functional {
         self.sum(shape, curve, &mut |_, _, _| {}, &mut |_, _, _| {}, &mut |_, _, _| {})
     }
 
-    /// The energy. Its gradient is added to `gradient`, and its Hessian to `matrix`.
+    /// Adds the gradient and the Hessian, and returns the energy.
     pub fn add(&self, shape: &Shape, curve: &Curve, gradient: &mut [f64], matrix: &mut Skyline) -> f64 {
         let to = std::cell::RefCell::new((gradient, matrix));
         self.sum(
@@ -80,7 +82,8 @@ impl Functional {
         )
     }
 
-    /// Sums, and shows every term with its unknowns: those of variation, of bending, and of a span's length.
+    /// Sums all terms, and passes each with its unknowns to a callback: variation, bending, and the
+    /// terms of a span's length.
     fn sum(
         &self,
         shape: &Shape,
@@ -108,7 +111,7 @@ impl Functional {
                 let d = shape.turn(curve, j);
                 let f = [2.0 - 2.0 * d.cos(), 2.0 * d.sin(), 2.0 * d.cos()];
                 let local = over_length(f, edges.map(|edge| curve.length(shape, edge)));
-                // A turn next to an end stands for the half edge there too.
+                // A turn next to an end also represents the half edge there.
                 let ends = if shape.closed { 0 } else { u8::from(j == 0) + u8::from(j + 2 == shape.edges()) };
                 let weight = self.bending * (1.0 + 0.5 * f64::from(ends));
                 energy += weight * local.value;
@@ -131,21 +134,22 @@ fn scatter<const N: usize>(to: &mut (&mut [f64], &mut Skyline), rows: [usize; N]
         to.0[rows[a]] += weight * local.first[a];
         to.1.add(rows[a], rows[a], weight * local.second[a][a]);
         for b in 0..a {
-            // Two that are the same unknown stand on the diagonal twice.
+            // If both are the same unknown, the entry counts twice on the diagonal.
             let times = if rows[a] == rows[b] { 2.0 } else { 1.0 };
             to.1.add(rows[a], rows[b], times * weight * local.second[a][b]);
         }
     }
 }
 
-/// f(θ₁ − θ₀)/a with a = (e^u₀ + e^u₁)/2, by θ₀, θ₁, u₀ and u₁.
+/// f(θ₁ − θ₀)/a with a = (e^u₀ + e^u₁)/2, and its derivatives by θ₀, θ₁, u₀ and u₁.
 ///
-/// f is given with its first and second derivative, and e^u as lengths.
+/// `f` holds f with its first and second derivative, and `lengths` holds e^u.
 fn over_length(f: [f64; 3], lengths: [f64; 2]) -> Local<4> {
     let r = 2.0 / (lengths[0] + lengths[1]);
     let halves = lengths.map(|length| 0.5 * length);
     let by_turn = [-1.0, 1.0, 0.0, 0.0];
-    // The derivatives of r are −r² ∂a and 2 r³ ∂a ∂a − r² ∂²a, where a by u twice is a by u once.
+    // The derivatives of r = 1/a are −r² ∂a and 2 r³ ∂a ∂a − r² ∂²a. The second derivative of a by
+    // the same u equals the first.
     let by_a = [0.0, 0.0, halves[0], halves[1]];
     let first = std::array::from_fn(|i| f[1] * by_turn[i] * r - f[0] * r * r * by_a[i]);
     let second = std::array::from_fn(|i| {
@@ -158,7 +162,7 @@ fn over_length(f: [f64; 3], lengths: [f64; 2]) -> Local<4> {
     Local { value: f[0] * r, first, second }
 }
 
-/// (sin d′/a′ − sin d/a)²/s, by θ₀, θ₁, θ₂, u₀, u₁ and u₂, where s = e^u₁.
+/// (sin d′/a′ − sin d/a)²/s with s = e^u₁, and its derivatives by θ₀, θ₁, θ₂, u₀, u₁ and u₂.
 fn variation(turns: [f64; 2], lengths: [f64; 3]) -> Local<6> {
     let curvature = |d: f64, lengths| over_length([d.sin(), d.cos(), -d.sin()], lengths);
     let before = curvature(turns[0], [lengths[0], lengths[1]]);
@@ -177,7 +181,7 @@ fn variation(turns: [f64; 2], lengths: [f64; 3]) -> Local<6> {
     let mut first = by.map(|by| 2.0 * q * r * by);
     let mut second: [[f64; 6]; 6] =
         std::array::from_fn(|i| std::array::from_fn(|j| 2.0 * r * (by[i] * by[j] + q * twice[i][j])));
-    // By u₁ of 1/s, which is −1/s.
+    // The derivative of 1/s by u₁ is −1/s.
     for i in 0..6 {
         second[4][i] -= first[i];
         second[i][4] -= first[i];

@@ -1,78 +1,82 @@
-//! [`Search`]: a damped Newton descent on the curves whose spans are closed.
+//! [`Search`]: a damped Newton descent among the curves whose spans are closed.
 
 use super::functional::Functional;
 use super::shape::{Curve, Shape};
 use crate::linalg::skyline::Skyline;
 
-/// The largest change of the turn at a vertex, and of the logarithm of a length, in one step.
+/// The largest change of the turn at a vertex, and of the logarithm of a length, per step.
 const MOST_TURN: f64 = 0.6;
 
-/// The largest change of an angle in one step.
+/// The largest change of an angle per step.
 ///
-/// Closures are no straight lines in angles: 1 rad more is another curve.
+/// Closure is nonlinear in the angles: 1 rad more gives a different curve.
 const MOST_ANGLE: f64 = 1.0;
 
-/// λ at first: the metric is the Hessian of a straight curve, and both weigh the same.
+/// The initial λ. The metric is the Hessian of a straight curve, so both weigh the same.
 const FIRST: f64 = 1.0;
 
 /// The factor of λ after a step that failed.
 ///
-/// Trials are no iterations: a λ that is hardly too large costs more than two that were too small.
+/// Trials do not count as iterations. A λ slightly too large costs more than two that are too
+/// small.
 const GROWTH: f64 = 2.0;
 
-/// The factor of λ where H + λM has a direction downwards of its own.
+/// The factor of λ if H + λM is not positive definite on the null space of J.
 const STIFFENING: f64 = 3.0;
 
 /// The factor of λ after a step that succeeded.
 const DECAY: f64 = 0.05;
 
-/// The least λ above 0 after a failure.
+/// The least positive λ after a failure.
 const LEAST: f64 = 1e-3;
 
-/// A λ below this becomes 0.
+/// λ below this is set to 0.
 const NOTHING: f64 = 1e-4;
 
 /// The largest λ.
 ///
-/// If no step succeeds with it, none does.
+/// If no step succeeds with it, none will.
 const MOST: f64 = 1e8;
 
-/// A step is taken if the energy falls by this part of what its slope and its length promise.
+/// A step is accepted if the energy falls by this fraction of the fall that its slope and length
+/// predict.
 const ACCEPTED: f64 = 1e-3;
 
-/// Above this part λ shrinks, and below it grows.
+/// λ shrinks if the energy falls by more than this fraction of the prediction, and grows otherwise.
 const GOOD: f64 = 0.25;
 
-/// A step that promises more than this part of the energy is tried twice as long.
+/// A step with a predicted fall of more than this fraction of the energy is tried at twice the
+/// length.
 const FAR: f64 = 1e-3;
 
 /// The most doublings of a step.
 const MOST_DOUBLINGS: u32 = 3;
 
-/// The share of lengths and angles, by which the metric is regular, in the stiffness of a whole span.
+/// The weight of the angles themselves, which makes the metric regular, relative to the stiffness
+/// of a span.
 const LOOSE: f64 = 0.01;
 
-/// Trials for each iteration that is allowed; measured are 1.4.
+/// The most trials per allowed iteration. The measured average is 1.4.
 const TRIALS: u32 = 4;
 
 /// The ending of a descent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::discrete) enum Ending {
     Found,
-    /// The length has passed its bound while the energy fell.
+    /// The length exceeded its bound while the energy fell.
     Unbounded,
-    /// Iterations were used up, or no step succeeds.
+    /// The iterations were used up, or no step succeeded.
     Failed,
 }
 
-/// What is minimised, and how far.
+/// The energy of a descent, and its stopping criteria.
 pub(super) struct Stage<'a> {
     pub functional: &'a Functional,
-    /// The derivative of angles that steps are measured by: 1 for bending, 2 for variation.
+    /// The order of the derivative of angles in the metric: 1 for bending, 2 for variation.
     pub order: usize,
-    /// The fall that a full step promises, as a part of the energy, at which the descent ends.
+    /// The descent ends if a full step predicts a fall of less than this fraction of the energy.
     pub tolerance: f64,
-    /// The length beyond which a curve has run away.
+    /// The length beyond which the curve counts as unbounded.
     pub longest: f64,
     pub most_iterations: u32,
 }
@@ -82,7 +86,7 @@ pub(super) struct Search<'a> {
     shape: &'a Shape,
     pub curve: Curve,
     pub iterations: u32,
-    /// Systems that were factored.
+    /// The number of factorised systems.
     pub trials: u32,
     matrix: Skyline,
     gradient: Vec<f64>,
@@ -113,7 +117,7 @@ impl<'a> Search<'a> {
         let most_trials = self.trials.saturating_add(TRIALS.saturating_mul(stage.most_iterations));
         while iterations < stage.most_iterations && self.trials < most_trials && lambda <= MOST {
             self.assemble(stage, lambda);
-            // A minimum on the closed curves has as many negative pivots as there are closures.
+            // At a minimum among closed curves there is one negative pivot per closure equation.
             if self.matrix.factor() != Some(2 * shape.spans.len()) {
                 lambda = (STIFFENING * lambda).max(LEAST);
                 continue;
@@ -151,9 +155,10 @@ impl<'a> Search<'a> {
         Ending::Failed
     }
 
-    /// Doubles a step as long as the energy falls on.
+    /// Doubles a step as long as the energy keeps falling.
     ///
-    /// It costs no system. Loops that grow or move over a data point do so many steps long.
+    /// This needs no further system. Loops that grow or move across a data point need many steps of
+    /// this kind.
     fn go_farther(&self, stage: &Stage<'_>, alpha: f64, p: &[f64], next: &mut Curve, there: &mut f64) {
         let mut alpha = alpha;
         for _ in 0..MOST_DOUBLINGS {
@@ -170,7 +175,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Closes the curve, and takes the multipliers that leave the least of the gradient.
+    /// Closes the curve, and computes the multipliers that minimise the remaining gradient.
     fn begin(&mut self, stage: &Stage<'_>) -> bool {
         self.multipliers.fill([0.0; 2]);
         self.matrix.clear();
@@ -188,7 +193,7 @@ impl<'a> Search<'a> {
         self.shape.retract(&self.matrix, &mut self.curve)
     }
 
-    /// The gradient, and H + λM with the closures' derivatives beside it.
+    /// Assembles the gradient, and H + λM bordered by the closures' derivatives.
     fn assemble(&mut self, stage: &Stage<'_>, lambda: f64) {
         self.matrix.clear();
         self.gradient.fill(0.0);
@@ -198,8 +203,8 @@ impl<'a> Search<'a> {
         self.trials += 1;
     }
 
-    /// Adds λM, twice the Hessian of Σ (D θ)² of an order over a straight curve, and a little of angles and lengths
-    /// themselves.
+    /// Adds λM: twice the Hessian of Σ (D θ)² of an order at a straight curve, and small weights of
+    /// the lengths and angles themselves.
     pub(super) fn add_metric(&mut self, order: usize, lambda: f64) {
         let shape = self.shape;
         let lengths: Vec<f64> = (0..shape.edges()).map(|j| self.curve.length(shape, j)).collect();
@@ -231,7 +236,7 @@ impl<'a> Search<'a> {
         &mut self.matrix
     }
 
-    /// The step of the factored system, and its multipliers.
+    /// The step and the multipliers from the factorised system.
     fn direction(&self) -> (Vec<f64>, Vec<[f64; 2]>) {
         let mut p: Vec<f64> = self.gradient.iter().map(|g| -g).collect();
         for (k, gap) in self.shape.gaps(&self.curve).enumerate() {
@@ -244,7 +249,7 @@ impl<'a> Search<'a> {
         (p, multipliers)
     }
 
-    /// The largest step along p for which nothing changes too much.
+    /// The largest step along p that respects the bounds of all changes.
     fn most_step(&self, p: &[f64]) -> f64 {
         let shape = self.shape;
         let mut largest: f64 = 0.0;

@@ -1,42 +1,42 @@
-//! [`Shape`]: what stays the same of a planar curve, and [`Curve`]: the angles and lengths of its edges.
+//! [`Shape`]: the fixed data of a planar curve, and [`Curve`]: the angles and lengths of its edges.
 
 use std::ops::Range;
 
 use crate::discrete::problem::Problem;
 use crate::linalg::skyline::Skyline;
 
-/// Numbers of unknowns of a span besides its angles: its length, and two multipliers of its closure.
+/// The unknowns of a span besides its angles: its length, and the two multipliers of its closure.
 pub(super) const OF_SPAN: usize = 3;
 
 /// The spans of a planar curve.
 ///
-/// Unknowns are ordered span by span: its angles, the logarithm of the length of its edges, and the
-/// multipliers of its two equations of closure.
+/// Unknowns are ordered span by span: its angles, the logarithm of its edge length, and the
+/// multipliers of its two closure equations.
 #[derive(Clone, Debug)]
 pub(super) struct Shape {
     pub closed: bool,
-    /// How far a closed curve turns in all, a multiple of 2π.
+    /// The total turn of a closed curve, a multiple of 2π.
     pub turning: f64,
-    /// The edges of every span.
+    /// The edges of each span.
     pub spans: Vec<Range<usize>>,
-    /// From the first point of every span to its last.
+    /// The chord of each span, from its first point to its last.
     pub chords: Vec<[f64; 2]>,
-    /// The span of every edge.
+    /// The span of each edge.
     span_of: Vec<usize>,
 }
 
-/// Angles and lengths of the edges of a planar curve.
+/// The angles and lengths of the edges of a planar curve.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Curve {
-    /// The direction of every edge in radians, without jumps of 2π.
+    /// The direction of each edge in radians, without jumps of 2π.
     pub angles: Vec<f64>,
-    /// The logarithm of the length of the edges of every span.
+    /// The logarithm of the edge length of each span.
     pub sizes: Vec<f64>,
 }
 
 impl Shape {
-    /// The spans of a problem and its base, if the problem is of points that are all passed through and of
-    /// nothing else.
+    /// The spans of a problem and its base. `None` unless the problem only interpolates all its
+    /// data points.
     pub fn of<const D: usize>(problem: &Problem<D>) -> Option<(Shape, Curve)> {
         let edges = problem.base.len();
         let plain = problem.attached.is_empty() && !problem.has_tangents && problem.pinned == problem.data;
@@ -83,24 +83,24 @@ impl Shape {
         self.edges() + OF_SPAN * self.spans.len()
     }
 
-    /// The unknown of an edge's angle.
+    /// The index of the unknown for an edge's angle.
     pub fn row(&self, edge: usize) -> usize {
         edge + OF_SPAN * self.span_of[edge]
     }
 
-    /// The unknown of an edge's length.
+    /// The index of the unknown for an edge's length.
     pub fn row_of_length(&self, edge: usize) -> usize {
         let k = self.span_of[edge];
         self.spans[k].end + OF_SPAN * k
     }
 
-    /// The unknowns of a span's two multipliers.
+    /// The indices of the two multipliers of a span.
     pub fn rows_of_closure(&self, k: usize) -> [usize; 2] {
         let row = self.spans[k].end + OF_SPAN * k + 1;
         [row, row + 1]
     }
 
-    /// The number of windows of so many edges.
+    /// The number of windows of this many edges.
     pub fn windows(&self, width: usize) -> usize {
         if self.closed { self.edges() } else { (self.edges() + 1).saturating_sub(width) }
     }
@@ -111,12 +111,12 @@ impl Shape {
         if j + 1 == self.edges() { turn + self.turning } else { turn }
     }
 
-    /// The length of the polygon of the data.
+    /// The length of the data polygon.
     pub fn chord(&self) -> f64 {
         self.chords.iter().map(|chord| chord[0].hypot(chord[1])).sum()
     }
 
-    /// A matrix with room for energies over three edges and for closures.
+    /// An empty matrix with the profile of energies over three edges and of closures.
     pub fn matrix(&self) -> Skyline {
         let mut first: Vec<usize> = (0..self.rows()).collect();
         let mut couple = |rows: &[usize]| {
@@ -150,7 +150,7 @@ impl Curve {
         self.sizes.iter().zip(&shape.spans).map(|(size, edges)| edges.len() as f64 * size.exp()).sum()
     }
 
-    /// The curve at a step along a direction of all unknowns.
+    /// The curve after a step along a direction of all unknowns.
     pub fn moved(&self, shape: &Shape, step: f64, p: &[f64]) -> Curve {
         let mut moved = self.clone();
         for (k, edges) in shape.spans.iter().enumerate() {
@@ -160,7 +160,7 @@ impl Curve {
         moved
     }
 
-    /// Its edges, from the first on.
+    /// The edges in order.
     pub fn edges<'a>(&'a self, shape: &'a Shape) -> impl Iterator<Item = [f64; 2]> + 'a {
         self.angles.iter().enumerate().map(|(j, angle)| {
             let length = self.length(shape, j);

@@ -11,7 +11,7 @@ use crate::discrete::{Fair, Segments, bending, length, plan, tautness, tension, 
 use crate::linalg::skyline::Skyline;
 use crate::{CurveBatch, Device};
 
-/// Points of one open curve at unit steps, or of one ring about the unit circle.
+/// The points of one open curve at unit steps, or of one ring around the unit circle.
 fn points(closed: bool, rng: &mut StdRng, sigma: f64) -> Vec<[f64; 2]> {
     let mut normal = || {
         let (u, v): (f64, f64) = (rng.random_range(f64::MIN_POSITIVE..1.0), rng.random_range(0.0..1.0));
@@ -33,7 +33,7 @@ fn problem(energy: &Energy, points: &[[f64; 2]], closed: bool, segments: usize) 
     *set_up::<2>(&fair, &batch).unwrap().remove(0).unwrap().problem
 }
 
-/// The start with every unknown moved a little.
+/// The start with every unknown perturbed.
 fn shaken(angles: &Angles, rng: &mut StdRng) -> Curve {
     let p: Vec<f64> = (0..angles.shape.rows()).map(|_| rng.random_range(-0.1..0.1)).collect();
     angles.start.moved(&angles.shape, 1.0, &p)
@@ -50,12 +50,12 @@ fn gradients_are_the_slopes_of_values_and_hessians_those_of_gradients() {
         let problem = problem(&every(), &points(closed, &mut rng, 0.3), closed, segments);
         let angles = Angles::of(&every(), &problem).unwrap();
         let (shape, curve) = (&angles.shape, shaken(&angles, &mut rng));
-        // The multipliers stay as they are.
+        // The multipliers do not change.
         let mut p: Vec<f64> = (0..shape.rows()).map(|_| rng.random_range(-1.0..1.0)).collect();
         (0..shape.spans.len()).flat_map(|k| shape.rows_of_closure(k)).for_each(|row| p[row] = 0.0);
         let multipliers: Vec<[f64; 2]> =
             shape.spans.iter().map(|_| [0, 1].map(|_| rng.random_range(-9.0..9.0))).collect();
-        // The Lagrange function, its gradient, and its Hessian as a full matrix.
+        // The Lagrangian, its gradient, and its Hessian as a dense matrix.
         let at = |curve: &Curve| {
             let (mut gradient, mut matrix) = (vec![0.0; shape.rows()], shape.matrix());
             let mut value = angles.functional.add(shape, curve, &mut gradient, &mut matrix);
@@ -75,7 +75,7 @@ fn gradients_are_the_slopes_of_values_and_hessians_those_of_gradients() {
         let (_, gradient, full) = at(&curve);
         let slope: f64 = gradient.iter().zip(&p).map(|(g, p)| g * p).sum();
         let difference = (after.0 - before.0) / (2.0 * step);
-        // step² of the third derivative, and ε/step of the value.
+        // The errors are step² times the third derivative, and ε/step of the value.
         assert!(
             (slope - difference).abs() < 1e-6 * slope.abs().max(after.0),
             "{closed} {segments}: {slope} {difference}"
@@ -105,7 +105,7 @@ fn values_are_those_of_the_polygons() {
         assert!(angles.shape.retract(&metric, &mut curve));
         problem.rebase(&angles.displacements(&curve, &problem));
         let (own, wanted) = (angles.functional.value(&angles.shape, &curve), problem.energy_of_base(&every()));
-        // Third differences of edges that are rounded to ε: n³ ε.
+        // Third differences of edges that are rounded to ε have the error n³ ε.
         assert!((own - wanted).abs() < 1e-10 * wanted, "{own} {wanted}");
     }
 }
@@ -125,7 +125,7 @@ fn a_retraction_closes_every_span_to_rounding() {
         assert!(gap(&curve) > 1e-3);
         assert!(angles.shape.retract(search.matrix_mut(), &mut curve), "{closed} {segments}");
         assert!(gap(&curve) <= 1e-12 * angles.chord(), "{closed} {segments}: {:e}", gap(&curve));
-        // Data points are where they were, and edges lead to them.
+        // Data points have not moved, and edges lead to them.
         let displacements: Vec<[f64; 2]> = angles.displacements(&curve, &problem);
         problem.data.iter().for_each(|&row| assert_eq!(displacements[row as usize], [0.0; 2]));
         let mut moved = problem.clone();
@@ -138,17 +138,18 @@ fn a_retraction_closes_every_span_to_rounding() {
 
 #[test]
 fn a_circle_is_where_points_of_a_circle_lead() {
-    // Unequal steps, so that the spline is no circle.
+    // Unequal steps, so that the spline is not a circle.
     let at = [0.0, 0.5, 1.6, 2.4, 3.9, 4.7, 5.5].map(|angle: f64| [angle.cos(), angle.sin()]);
     let problem = problem(&variation(), &at, true, 16);
     let angles = Angles::of(&variation(), &problem).unwrap();
     let found: Found<2> = angles.descend(&problem, 60);
     let mut there = problem.clone();
     there.rebase(&found.displacements);
-    // Edges of different spans differ in length, so that the polygon of a circle is not quite one of equal turns.
+    // Edges of different spans differ in length, so the polygon on a circle does not have equal
+    // turns.
     let (start, end) = (problem.energy_of_base(&variation()), there.energy_of_base(&variation()));
     assert!(end < 1e-4 * start && end < 1e-4, "{start:e} {end:e} {:?}", found.ending);
-    // Points at equal steps: all edges are equal, and the energy is 0 but for rounding.
+    // With points at equal steps all edges are equal, and the energy is 0 up to rounding.
     let equal: Vec<[f64; 2]> =
         (0..7).map(|k| TAU * f64::from(k) / 7.0).map(|angle| [angle.cos(), angle.sin()]).collect();
     let problem = self::problem(&variation(), &equal, true, 16);
@@ -186,7 +187,7 @@ fn where_newton_at_the_vertices_converges_angles_lead_to_the_same_energies() {
             }
         }
         println!("closed {closed}, σ {sigma}: {same} of {both} the same");
-        // Both converge for most, and rough points have other minima beside.
+        // Both methods converge for most curves. Rough points have other minima too.
         assert!(both >= 20 && 10 * same >= 9 * both, "closed {closed}, σ {sigma}: {same} of {both} the same");
     }
 }
@@ -211,7 +212,7 @@ fn what_has_no_form_in_angles_is_left_to_the_vertices() {
 }
 
 impl Skyline {
-    /// The full matrix, row after row.
+    /// The dense matrix, row by row.
     fn dense(&self) -> Vec<Vec<f64>> {
         let n = self.rows();
         (0..n).map(|i| (0..n).map(|j| self.entry(i, j)).collect()).collect()

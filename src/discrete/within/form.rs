@@ -1,6 +1,7 @@
-//! [`Local`] and [`RegionConstraint`]: surfaces in the coordinates of problems, of one curve and of all lanes.
+//! The surface F = 0 in the coordinates of problems: [`Local`] for one curve, and
+//! [`RegionConstraint`] for all lanes.
 
-// Loops over coordinates and lanes by index match the formulas, and stay within code for wide registers.
+// Loops over coordinates and lanes by index match the formulas, and keep the code vectorised.
 #![allow(clippy::needless_range_loop)]
 
 use std::sync::Arc;
@@ -23,18 +24,18 @@ pub(crate) struct Local {
     pub size: f64,
 }
 
-/// The storage bindings of a kernel whose text reads a table.
+/// The storage bindings of a kernel whose surface code reads a table.
 const BINDINGS: u32 = 9;
 
-/// Whether there are kernels for curves in a surface: for quadrics and, in f64, for those with a text. One that reads a
-/// table asks for more bindings than some devices have.
+/// Whether there are kernels for curves in a surface: for quadrics, and in f64 for surfaces with
+/// WGSL code. If the code reads a table, the device must have enough bindings.
 pub(in crate::discrete) fn has_kernel(surface: &dyn Surface, precision: Precision, limits: &Limits) -> bool {
     let is_bound = |text: String| !text.contains(SURFACE_TABLE) || limits.storage_bindings >= BINDINGS;
     surface.kind().quadric().is_some()
         || (precision == Precision::F64 && surface.kernel().map(SurfaceKernel::text).is_some_and(is_bound))
 }
 
-/// F of every lane.
+/// The implicit function F of every lane.
 pub(super) enum RegionConstraint<S, const D: usize> {
     /// ½ yᵀA y + b·y + c
     Quadric {
@@ -46,12 +47,12 @@ pub(super) enum RegionConstraint<S, const D: usize> {
 }
 
 impl Local {
-    /// The place in space of a point of the problem.
+    /// The position in space of a point of the problem.
     fn place<const D: usize>(&self, y: Vector<f64, D>) -> DVec3 {
         DVec3::from_array(std::array::from_fn(|c| self.origin[c] + self.size * y[c]))
     }
 
-    /// The numbers of a curve as kernels take them: the columns of A, b and c, or the origin and the size.
+    /// The numbers of a curve for kernels: the columns of A, b and c, or the origin and the size.
     pub fn numbers(&self) -> Vec<f64> {
         match self.quadric() {
             Some((matrix, linear, constant)) => [&matrix.to_cols_array()[..], &linear.to_array(), &[constant]].concat(),
@@ -59,7 +60,7 @@ impl Local {
         }
     }
 
-    /// A, b and c of F at size 1, with a gradient of length 1 at the origin.
+    /// A, b and c of F at size 1, scaled so that the gradient at the origin has length 1.
     fn quadric(&self) -> Option<(DMat3, DVec3, f64)> {
         let quadric = self.surface.kind().quadric()?;
         let origin = DVec3::from_array(self.origin);
@@ -82,10 +83,10 @@ impl Local {
         (gradient / length, hessian * (self.size / length), value / (length * self.size))
     }
 
-    /// The way to the foot of a point of the problem.
+    /// The vector from a point of the problem to its projection onto the surface.
     fn way<const D: usize>(&self, y: Vector<f64, D>) -> Vector<f64, D> {
         let x = self.place(y);
-        // A point that has no foot is no number, and its trial is refused.
+        // If the projection fails the result is NaN, and the trial is rejected.
         let foot = self.surface.project(x).unwrap_or(DVec3::NAN);
         let way = ((foot - x) / self.size).to_array();
         std::array::from_fn(|c| way[c])
@@ -122,7 +123,7 @@ impl<S: Scalar, const D: usize> RegionConstraint<S, D> {
         RegionConstraint::Quadric { matrix, linear, constant }
     }
 
-    /// A of quadrics.
+    /// A, for quadrics.
     #[inline(always)]
     pub(super) fn matrix(&self) -> Option<&Block<S, D>> {
         match self {
@@ -131,7 +132,7 @@ impl<S: Scalar, const D: usize> RegionConstraint<S, D> {
         }
     }
 
-    /// n and 1/|∇F| at a place, of quadrics.
+    /// n and 1/|∇F| at a position, for quadrics.
     #[inline(always)]
     pub(super) fn slope(&self, y: Vector<S, D>) -> Option<(Vector<S, D>, S)> {
         let RegionConstraint::Quadric { matrix, linear, .. } = self else { return None };
@@ -140,7 +141,7 @@ impl<S: Scalar, const D: usize> RegionConstraint<S, D> {
         Some((scale(inverse, gradient), inverse))
     }
 
-    /// n and W at a place, of surfaces that are no quadrics.
+    /// n and W at a position, for surfaces other than quadrics.
     pub(super) fn jet(&self, y: Vector<S, D>) -> (Vector<S, D>, Block<S, D>) {
         match self {
             RegionConstraint::Quadric { .. } => unreachable!("quadrics have a slope"),
@@ -161,7 +162,7 @@ impl<S: Scalar, const D: usize> RegionConstraint<S, D> {
         (normal, shape)
     }
 
-    /// The way from a place to the surface along ∇F.
+    /// The vector from a position to the surface along ∇F.
     #[inline(always)]
     pub(super) fn way(&self, y: Vector<S, D>) -> Vector<S, D> {
         match self {
@@ -169,7 +170,8 @@ impl<S: Scalar, const D: usize> RegionConstraint<S, D> {
                 let product = times(matrix, y);
                 let gradient = add(product, *linear);
                 let value = dot(y, add(scale(S::of(0.5), product), *linear)) + *constant;
-                // ½ a t² + s t + F = 0 along y + t ∇F. No root is no number, and the trial is refused.
+                // Solves ½ a t² + s t + F = 0 along y + t ∇F. Without a root the result is NaN, and
+                // the trial is rejected.
                 let square = dot(gradient, gradient);
                 let bend = dot(gradient, times(matrix, gradient));
                 let root = (square * square - S::of(2.0) * bend * value).sqrt();

@@ -1,14 +1,14 @@
-//! Newton's systems of curves in surfaces, in the coordinates u of the tangent planes.
+//! Assembly of Newton's systems for curves in surfaces, in the coordinates u of the tangent planes.
 //!
-//! A step moves vertex i by B_i u_i, and edge j by e = B_{j+1} u_{j+1} − B_j u_j. Of tangents and normals only these numbers are
-//! left:
+//! A step moves vertex i by B_i u_i, and changes edge j by e = B_{j+1} u_{j+1} − B_j u_j. Tangents
+//! and normals enter only through these numbers:
 //!
 //! ```text
 //! a = B_jᵀ T_j,  t = B_{j+1}ᵀ T_j,  C = B_jᵀ B_{j+1}      of edge j
 //! S = B_iᵀ W B_i,  w = B_iᵀ W n                          of vertex i, for W = ∇²F/|∇F|
 //! ```
 
-// Loops over coordinates by index match the formulas, and stay within code for wide registers.
+// Loops over coordinates by index match the formulas, and keep the code vectorised.
 #![allow(clippy::needless_range_loop)]
 
 use super::super::block::{Block, times};
@@ -35,7 +35,7 @@ impl<S: Scalar> Link<S> {
     }
 }
 
-/// How a surface bends at a vertex, in its coordinates.
+/// The second derivatives of the surface at a vertex, in its coordinates.
 #[derive(Clone, Copy)]
 pub(super) struct Saddle<S> {
     /// S
@@ -52,7 +52,7 @@ pub(super) fn in_plane<S: Scalar, const D: usize>(basis: &Basis<S, D>, matrix: &
     [[dot(basis[0], first), beside], [beside, dot(basis[1], second)]]
 }
 
-/// A vertex between two edges, and what an energy of its bend has there.
+/// A vertex between two edges, with the geometry that an energy of its bend needs.
 pub(super) struct Bend<'a, S, const D: usize> {
     pub links: [&'a Link<S>; 2],
     pub bases: [&'a Basis<S, D>; 3],
@@ -64,14 +64,14 @@ pub(super) struct Bend<'a, S, const D: usize> {
     pub third: Block<S, 2>,
 }
 
-/// The lower triangle of a system of three vertices that follow each other.
+/// The lower triangle of a system of three consecutive vertices.
 struct Three<S> {
     own: [Block<S, 2>; 3],
-    /// Of the vertices 0 and 1, 0 and 2, 1 and 2.
+    /// The pairs of vertices 0 and 1, 0 and 2, 1 and 2.
     pairs: [Block<S, 2>; 3],
 }
 
-/// The numbers of both vertices of `pairs`.
+/// The two vertices of each of `pairs`.
 const PAIRS: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
 
 impl<S: Scalar> Three<S> {
@@ -110,7 +110,8 @@ impl<S: Scalar> Three<S> {
     }
 }
 
-/// Adds what energies of lengths have at an edge: f_jj λ² + f_j (|e|² − λ²)/Δs for λ = T·e.
+/// Adds the second derivatives of energies of lengths at an edge: f_jj λ² + f_j (|e|² − λ²)/Δs for
+/// λ = T·e.
 #[inline(always)]
 pub(super) fn add_edge<S: Scalar>(system: &mut TangentSystem<S>, first: usize, link: &Link<S>, stretch: &Stretch<S>) {
     let [a, t] = link.along;
@@ -130,7 +131,7 @@ pub(super) fn add_edge<S: Scalar>(system: &mut TangentSystem<S>, first: usize, l
     add_pair(system, first, first + 1, &pair);
 }
 
-/// Adds what energies of lengths have at two edges: 2 f_jk λ_j λ_k.
+/// Adds the second derivatives of energies of lengths by two edges: 2 f_jk λ_j λ_k.
 #[inline(always)]
 pub(super) fn add_edges<S: Scalar>(system: &mut TangentSystem<S>, first: usize, links: [&Link<S>; 2], by_both: S) {
     let ([a, t], [b, s]) = (links[0].along, links[1].along);
@@ -151,7 +152,8 @@ pub(super) fn add_edges<S: Scalar>(system: &mut TangentSystem<S>, first: usize, 
 }
 
 impl<S: Scalar, const D: usize> Bend<'_, S, D> {
-    /// Adds the second derivatives of an energy f(s, Δa) of s = |m|², for m = d − q n, d = T′ − T and q = n·d.
+    /// Adds the second derivatives of an energy f(s, Δa) of s = |m|², for m = d − q n, d = T′ − T
+    /// and q = n·d.
     ///
     /// With μ = Bᵀ m and k = S μ they are
     ///
@@ -161,7 +163,7 @@ impl<S: Scalar, const D: usize> Bend<'_, S, D> {
     /// m·d²T = −(2 λ (m·e − (m·T) λ) + (m·T)(|e|² − λ²))/Δs²,  λ = T·e
     /// ```
     ///
-    /// where u is of the vertex itself.
+    /// where u belongs to the vertex itself.
     #[inline(always)]
     pub fn add_to(
         &self,
@@ -227,7 +229,7 @@ impl<S: Scalar, const D: usize> Bend<'_, S, D> {
                 }
             }
         }
-        // κ is of the middle vertex alone, and n has no part in its plane.
+        // κ depends on the middle vertex alone, and n has no component in its plane.
         let (n_before, n_after) = (onto(self.bases[0], n), onto(self.bases[2], n));
         let mut nu = [[S::ZERO; 2]; 3];
         let mut kappa = mu;
@@ -265,15 +267,15 @@ impl<S: Scalar, const D: usize> Bend<'_, S, D> {
         let mut sum = [[S::ZERO; 2]; 3];
         for e in 0..2 {
             let ([a, t], turn, r) = (self.links[e].along, &self.links[e].turn, self.inverses[e]);
-            // T counts as −1, and T′ as 1.
+            // T has the sign −1, and T′ the sign 1.
             let bent = if e == 0 { r * r * across } else { -(r * r * across) };
             let along = bent * dot(mu, if e == 0 { t } else { a });
             let even = r * by_length + along;
             let less = S::of(0.5) * even + along;
-            // λ, and by what it is multiplied: bent m·e − less λ.
+            // λ, and its factor bent m·e − less λ.
             let (mut lambda, mut by_lambda) = ([a, t], [a, t]);
             for i in 0..2 {
-                // m is in the plane of the middle vertex.
+                // m lies in the plane of the middle vertex.
                 let [from, to] = match e {
                     0 => [turn[i][0] * mu[0] + turn[i][1] * mu[1], mu[i]],
                     _ => [mu[i], turn[0][i] * mu[0] + turn[1][i] * mu[1]],

@@ -34,7 +34,7 @@ fn problems(closed: bool) -> Vec<Problem<3>> {
             base,
             data: vec![0],
             weights: vec![1.0, 0.3, 0.2, 1.0],
-            // Of ψ = ½ ρ (r + κ_g/κ)², beyond which every vertex is.
+            // Of ψ = ½ ρ (r + κ_g/κ)², which is active at every vertex.
             penalties: std::array::from_fn(|kind| match kind {
                 0 => vec![Penalty { slope: 0.7, reach: 0.2, stiffness: 0.4 }; 9],
                 _ => vec![],
@@ -51,7 +51,7 @@ fn problems(closed: bool) -> Vec<Problem<3>> {
     surfaces.into_iter().map(curve).collect()
 }
 
-/// The energy at steps of ε along p, and its gradient where the step ends.
+/// The energy after a step of ε along p.
 fn stepped(descent: &mut Descent<'_, f64, 3>, p: &[[f64; 3]], epsilon: f64) -> f64 {
     for (x, p) in descent.x.iter_mut().zip(p) {
         *x = scale(epsilon, *p);
