@@ -1,4 +1,4 @@
-//! What [`Fair`] refuses: options that make no sense, alone or together.
+//! Checks of the options of [`Fair`], each alone and in combination.
 
 use std::f64::consts::PI;
 
@@ -11,10 +11,10 @@ use crate::curve::{check_spacing, spans};
 use crate::error::{Error, Result};
 use crate::memory;
 
-/// Checks that the options make sense for a batch.
+/// Checks that the options are valid for a batch.
 ///
 /// # Errors
-/// Errors of [`fit`](Fair::fit) that do not depend on the device.
+/// The errors of [`fit`](Fair::fit) that do not depend on the device.
 pub(super) fn check(fair: &Fair, batch: &CurveBatch) -> Result<()> {
     let refuse = |why: String| Err(Error::argument(why));
     fair.energy.check()?;
@@ -68,7 +68,7 @@ pub(super) fn check(fair: &Fair, batch: &CurveBatch) -> Result<()> {
         return refuse(format!("the angle of corners is {angle}; angles from 0 to π are possible, such as 1.05 (60°)"));
     }
     let attached = fair.energy.attachment_weight() > 0.0 || fair.deviation.is_some();
-    // In a surface a closed curve need not shrink to a point.
+    // On a surface a closed curve need not shrink to a point.
     if fair.pins != Pins::All && !attached && fair.surface.is_none() {
         return refuse(
             "points that are not pinned need an attachment, or the curve would not know of them: add attachment \

@@ -1,18 +1,20 @@
-//! Tangents and curvature vectors at data points, as short edges.
+//! Constraints on tangents and curvature vectors at data points, imposed by short edges.
 //!
-//! A polygon has the tangent τ at a point if a vanishingly short edge along τ stands there. Each turn next to that edge
-//! contributes |T − τ|²/(h/2) to the bending, which is the bending of the curvature 2(T − τ)/h over half an edge. The energies
-//! themselves thus clamp the curve, as a multiple knot clamps a spline, and steps need no projection.
+//! A polygon has the tangent τ at a point if a very short edge along τ is inserted there. Each turn
+//! next to that edge contributes |T − τ|²/(h/2) to the bending. This is the bending of the
+//! curvature 2(T − τ)/h over half an edge. The energies themselves thus clamp the curve, as a
+//! multiple knot clamps a spline, and steps need no projection.
 //!
-//! | asked for | short edges | to |
+//! | constraint | short edges | effect |
 //! |---|---|---|
-//! | tangent τ | one, along τ | the point stays, and so does the other end |
-//! | curvature vector k ⊥ τ too | two of length ℓ, along τ ∓ ½ℓk | the turn between them is ℓk |
+//! | tangent τ | one, along τ | both ends of the edge are pinned |
+//! | curvature vector k ⊥ τ as well | two of length ℓ, along τ ∓ ½ℓk | the turn between them is ℓk |
 //!
-//! Under bending the curvature may jump at the point. Under variation it is continuous. Energies and curvatures are second
-//! order accurate in h. A curvature vector needs an energy of order 3, since under bending alone the curvature may jump to it.
+//! Under bending the curvature may jump at the point; under variation it is continuous. A curvature
+//! vector therefore needs an energy of order 3. Energies and curvatures are second-order accurate
+//! in h.
 //!
-//! In a surface τ is taken in the tangent plane.
+//! On a surface τ is projected onto the tangent plane.
 
 use glam::DVec3;
 
@@ -23,19 +25,20 @@ use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::status::CurveStatus;
 use crate::surface::{Surface, normal};
 
-/// A tangent and a curvature vector are perpendicular if their cosine is below this.
+/// A tangent and a curvature vector count as perpendicular if their cosine is at most this.
 const PERPENDICULAR: f64 = 1e-6;
 
-/// The length of an edge that gives a tangent, in mean edges.
+/// The length of the short edge of a tangent, in mean edges.
 const SHORT: f64 = 1.0 / (1u64 << 30) as f64;
 
-/// The length of each of two edges that give a curvature: the turn between them is to have half of all digits.
+/// The length of each of the two short edges of a curvature vector, in mean edges. Half of the
+/// digits of the turn between them remain significant.
 const TURNING: f64 = 1.0 / (1u64 << 16) as f64;
 
-/// The tangent, and perhaps the curvature vector, at one vertex.
+/// The given tangent, and optionally the given curvature vector, at one data point.
 #[derive(Clone, Debug)]
 pub(crate) struct Constrained<const D: usize> {
-    /// The first of the vertices at the data point, from which its short edges lead to the last.
+    /// The index of the first vertex at the data point. Short edges lead from it to the last one.
     pub row: usize,
     /// The unit tangent.
     pub tangent: Vector<f64, D>,
@@ -43,9 +46,9 @@ pub(crate) struct Constrained<const D: usize> {
     pub curvature: Option<Vector<f64, D>>,
 }
 
-/// The constraints of curve `i`, whose data points stand at `rows` among these vertices, under an energy of this order.
+/// The constraints of curve `i` under an energy of this order, sorted by vertex index.
 ///
-/// They are in the order of rows.
+/// `rows` are the indices of the data points among the vertices `places`.
 pub(super) fn constrained<const D: usize>(
     batch: &CurveBatch,
     i: usize,
@@ -97,7 +100,7 @@ pub(super) fn constrained<const D: usize>(
         if let Some(what) = curvature.and_then(|curvature| wrong_curvature(curvature, tangent, order)) {
             return refuse(what);
         }
-        // Edges between two clamped points have to turn from one tangent to the other.
+        // The edges between two clamped points have to turn from one tangent to the other.
         let gap =
             |other: usize| other.abs_diff(row).min(if closed { vertices - other.abs_diff(row) } else { usize::MAX });
         let nearest = rows.iter().map(|&other| other as usize % vertices).filter(|&other| other != row).map(gap).min();
@@ -119,7 +122,7 @@ pub(super) fn constrained<const D: usize>(
     Ok(found)
 }
 
-/// What is wrong with a curvature vector beside a unit tangent, under an energy of this order.
+/// The reason why a curvature vector is invalid with this unit tangent and an energy of this order.
 fn wrong_curvature<const D: usize>(curvature: Vector<f64, D>, tangent: Vector<f64, D>, order: usize) -> Option<String> {
     let size = dot(curvature, curvature).sqrt();
     let cosine = dot(curvature, tangent).abs() / size.max(f64::MIN_POSITIVE);
@@ -140,7 +143,7 @@ impl<const D: usize> Constrained<D> {
         1 + usize::from(self.curvature.is_some())
     }
 
-    /// Its short edges, where the mean edge is h long.
+    /// Its short edges, for a mean edge length h.
     fn short(&self, h: f64) -> impl Iterator<Item = Vector<f64, D>> + use<D> {
         let (signs, length) =
             if self.curvature.is_some() { (&[-0.5, 0.5][..], TURNING * h) } else { (&[0.0][..], SHORT * h) };
@@ -151,13 +154,14 @@ impl<const D: usize> Constrained<D> {
         })
     }
 
-    /// The rows of the vertices between which its short edges lie.
+    /// The indices of the vertices of its short edges.
     pub fn rows(&self) -> std::ops::RangeInclusive<usize> {
         self.row..=self.row + self.edges()
     }
 }
 
-/// The displacements by which the spans next to constrained points leave along the given tangents.
+/// The displacements after which the spans next to constrained points leave along the given
+/// tangents.
 ///
 /// A span of length L that leaves along T is displaced by L x (1 − x)² (τ − T) at its fraction x.
 pub(super) fn bends<const D: usize>(
@@ -191,7 +195,8 @@ pub(super) fn bends<const D: usize>(
     bends
 }
 
-/// The vertices from a data point to the next one, in steps of 1, or of −1 modulo the number of vertices.
+/// The vertices from a data point to the next one. `step` is 1, or −1 modulo the number of
+/// vertices.
 fn span_from(row: usize, step: usize, rows: &[u32], count: usize, closed: bool) -> Vec<usize> {
     let end = if step == 1 { count - 1 } else { 0 };
     let mut span = vec![row];
@@ -206,10 +211,10 @@ fn span_from(row: usize, step: usize, rows: &[u32], count: usize, closed: bool) 
     span
 }
 
-/// Repeats the vertices of constrained points, once for each short edge.
+/// Repeats the vertices of constrained points, once per short edge.
 ///
-/// Rows of data points and of constraints become those among all vertices. A data point keeps the first of its vertices,
-/// but for the last point of an open curve, which keeps the last.
+/// Updates the vertex indices of data points and constraints. A data point keeps the first of its
+/// vertices. Only the last point of an open curve keeps the last of them.
 pub(super) fn repeat<const D: usize>(
     constraints: &mut [Constrained<D>],
     vertices: &mut Vec<Vector<f64, D>>,
@@ -236,12 +241,12 @@ pub(super) fn repeat<const D: usize>(
             *data = if is_last { all.len() - 1 } else { first } as u32;
         }
     }
-    // A closed curve has one more, the row after its last.
+    // A closed curve has one more index, one past its last vertex.
     own.for_each(|data| *data = all.len() as u32);
     *vertices = all;
 }
 
-/// Gives the short edges their directions, and returns their number.
+/// Sets the short edges, and returns their number.
 pub(super) fn lay_short<const D: usize>(
     constraints: &[Constrained<D>],
     base: &mut [Vector<f64, D>],

@@ -1,29 +1,29 @@
-//! Corners: curves are cut where the data turn sharply.
+//! Corners: cuts curves where the data polygon turns sharply.
 //!
-//! The pieces are fitted side by side as curves of their own, and joined again.
+//! The pieces are fitted as separate curves and then joined.
 
 use super::curves::{Fitted, Tangents, Vertices};
 use crate::batch::{CurveBatch, Piece};
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::report::CurveReport;
 
-/// A turn must exceed the angle by this many radians.
+/// A turn counts as a corner if it exceeds the angle by more than this, in radians.
 ///
-/// Without it rounding would make corners where the data turn by exactly the angle.
+/// Otherwise rounding would create corners where the data turn by exactly the angle.
 const ROUNDING: f64 = 1e-9;
 
-/// A batch cut at its corners.
+/// A batch whose curves are cut at their corners.
 pub(super) struct Corners {
     /// The pieces, in the order of the curves.
     pub batch: CurveBatch,
-    /// For every piece, whether its first and its last point are corners, which stay in place.
+    /// For every piece, whether its first and its last point are corners. Corners are pinned.
     pub kept: Vec<[bool; 2]>,
     pieces: Vec<Piece>,
 }
 
 impl Corners {
-    /// Cuts every curve at the points where its polygon turns by more than `angle` (radians), but for those that stay
-    /// whole.
+    /// Cuts every curve where its data polygon turns by more than `angle` (radians). Curves for
+    /// which `is_whole` holds are not cut.
     pub fn cut<const D: usize>(batch: &CurveBatch, angle: f64, is_whole: &dyn Fn(usize) -> bool) -> Self {
         let (mut pieces, mut kept) = (Vec::new(), Vec::new());
         for curve in 0..batch.len() {
@@ -58,7 +58,7 @@ impl Corners {
 
     /// Joins the fitted pieces.
     ///
-    /// A curve is unfitted if one of its pieces could not be fitted.
+    /// A curve is unfitted if any of its pieces is.
     pub fn join(&self, batch: &CurveBatch, pieces: Fitted) -> Fitted {
         let (mut curves, mut reports) = (Vec::with_capacity(batch.len()), Vec::with_capacity(batch.len()));
         let mut fitted = pieces.curves.into_iter().zip(pieces.reports);
@@ -77,9 +77,9 @@ impl Corners {
     }
 }
 
-/// The points at which a curve turns by more than an angle.
+/// The data points at which a curve turns by more than `angle`.
 ///
-/// Of repeated points the last counts. A point with a tangent is no corner.
+/// Of repeated points the last one counts. A point with a given tangent is not a corner.
 fn corners<const D: usize>(batch: &CurveBatch, i: usize, angle: f64) -> Vec<usize> {
     let (points, closed) = (batch.points(i).as_chunks::<D>().0, batch.is_closed(i));
     let count = points.len();
@@ -100,10 +100,10 @@ fn corners<const D: usize>(batch: &CurveBatch, i: usize, angle: f64) -> Vec<usiz
     inner.filter(is_corner).map(|j| distinct[j]).collect()
 }
 
-/// The angle between two vectors, as precise near 0 and π as in between.
+/// The angle between two vectors, accurate also near 0 and π.
 fn turn<const D: usize>(from: Vector<f64, D>, to: Vector<f64, D>) -> f64 {
     let unit = |v: Vector<f64, D>| {
-        // The largest component is scaled to 1 first, so that squares neither overflow nor vanish.
+        // Scaling the largest component to 1 first keeps squares from overflow and underflow.
         let largest = v.iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
         let v = v.map(|x| x / largest);
         scale(1.0 / dot(v, v).sqrt(), v)
@@ -115,15 +115,15 @@ fn turn<const D: usize>(from: Vector<f64, D>, to: Vector<f64, D>) -> f64 {
 
 /// Joins the pieces of one curve.
 ///
-/// A corner becomes one vertex. The vertices of a closed curve begin at its first data point.
+/// Each corner becomes one vertex. The vertices of a closed curve begin at its first data point.
 fn joined_vertices(pieces: &[Piece], mut parts: Vec<Vertices>, closed: bool, dimension: usize) -> Vertices {
     if parts.len() == 1 && !closed || pieces[0].closed {
         return parts.swap_remove(0);
     }
     let (mut coords, mut rows, mut corners, mut given) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for part in &parts {
-        // The last vertex of a piece is the first of the next piece. On a closed curve the last
-        // piece ends at the very first vertex.
+        // The last vertex of a piece is the first of the next one. On a closed curve the last piece
+        // ends at the very first vertex.
         let start = (coords.len() / dimension) as u32;
         corners.push(start);
         coords.extend_from_slice(&part.coords[..part.coords.len() - dimension]);
@@ -133,8 +133,8 @@ fn joined_vertices(pieces: &[Piece], mut parts: Vec<Vertices>, closed: bool, dim
     let count = (coords.len() / dimension) as u32;
     rows.push(count);
     let Some(last) = parts.pop().filter(|_| !closed) else {
-        // The joined points begin at the first corner. Point 0 of the curve is number `at` among
-        // them.
+        // The joined points begin at the first corner. Point 0 of the curve has the index `at`
+        // among them.
         let points = rows.len() - 1;
         let at = (points - pieces[0].first) % points;
         let first = rows[at];

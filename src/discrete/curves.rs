@@ -1,5 +1,5 @@
-//! Fitted discrete curves as [`Curve`]s through their vertices, with their tangents and curvature
-//! vectors.
+//! [`FairCurves`]: fitted discrete curves as [`Curve`]s through their vertices, with tangents and
+//! curvature vectors.
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, OnceLock};
@@ -23,44 +23,44 @@ use glam::DVec3;
 use super::constrain::Constrained;
 use super::setup::PreparedCurve;
 
-/// One fitted curve: its vertices, and the rows that stand for data points.
+/// One fitted curve: its vertices, and the indices of the vertices at data points.
 #[derive(Clone, Debug)]
 pub(crate) struct Vertices {
     /// Flat coordinates.
     pub coords: Vec<f64>,
-    /// The row of the vertex of every data point.
+    /// The vertex index of every data point.
     ///
-    /// A closed curve has one more, the row after its last.
+    /// A closed curve has one more, one past its last vertex.
     pub rows: Vec<u32>,
     /// `None` for most curves.
     pub tangents: Option<Box<Tangents>>,
 }
 
-/// What is known of the tangents of a curve otherwise than from its vertices.
+/// What is known about the tangents of a curve apart from its vertices.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tangents {
-    /// The rows of the vertices that are corners, increasing.
+    /// The indices of the vertices that are corners, in increasing order.
     ///
-    /// Ends of open curves are not among them.
+    /// The ends of open curves are not included.
     pub corners: Vec<u32>,
-    /// The tangents that are given, by increasing rows.
+    /// The given tangents, in increasing order of vertex index.
     pub given: Vec<Given>,
-    /// The tangent and the curvature vector at every vertex, or none.
+    /// The tangent and the curvature vector at every vertex, or empty.
     pub frames: Vec<Frame>,
 }
 
-/// Nothing is known so of most curves.
+/// For most curves nothing more is known.
 static FROM_VERTICES: Tangents = Tangents { corners: Vec::new(), given: Vec::new(), frames: Vec::new() };
 
 impl Tangents {
-    /// `None` where nothing is known.
+    /// `None` if all fields are empty.
     pub fn boxed(self) -> Option<Box<Self>> {
         let is_known = !(self.corners.is_empty() && self.given.is_empty() && self.frames.is_empty());
         is_known.then(|| Box::new(self))
     }
 }
 
-/// A tangent, and perhaps a curvature vector, given at a vertex.
+/// A given tangent, and optionally a given curvature vector, at a vertex.
 #[derive(Clone, Debug)]
 pub(crate) struct Given {
     pub row: u32,
@@ -69,14 +69,14 @@ pub(crate) struct Given {
 }
 
 impl Given {
-    /// The same tangent on a curve with n more vertices before it.
+    /// The same tangent after n vertices have been inserted before it.
     pub fn after(&self, vertices: u32) -> Self {
         Given { row: vertices + self.row, ..self.clone() }
     }
 }
 
 impl Vertices {
-    /// The vertices of a curve, one at the ends of short edges.
+    /// The vertices of a curve. The two ends of a short edge become one vertex.
     pub fn of<const D: usize>(ready: &PreparedCurve<D>, vertices: Vec<Vector<f64, D>>) -> Self {
         if ready.given.is_empty() {
             return Vertices { coords: vertices.into_flattened(), rows: ready.rows.clone(), tangents: None };
@@ -85,7 +85,7 @@ impl Vertices {
         for own in &ready.given {
             repeats[own.row + 1..=own.row + own.edges()].fill(true);
         }
-        // A repeat has the number of the vertex that it repeats.
+        // A repeated vertex has the index of the vertex that it repeats.
         let mut count = 0;
         let numbers: Vec<u32> = repeats
             .iter()
@@ -105,12 +105,15 @@ impl Vertices {
         Vertices { coords, rows, tangents: Tangents { given, ..Tangents::default() }.boxed() }
     }
 
-    /// What is known of its tangents.
+    /// What is known about its tangents.
     pub fn tangents(&self) -> &Tangents {
         self.tangents.as_deref().unwrap_or(&FROM_VERTICES)
     }
 
-    /// Planar vertices in space, by what lifts a place, of a data point if there is one, and a vector.
+    /// Lifts planar vertices into space.
+    ///
+    /// `place` lifts a position, given the data point there if there is one. `vector` lifts a
+    /// direction.
     pub fn lifted(
         &self,
         points: &[DVec3],
@@ -136,9 +139,9 @@ impl Vertices {
     }
 }
 
-/// The curves of a batch in its order, with their reports.
+/// The curves of a batch in their order, with their reports.
 pub(crate) struct Fitted {
-    /// The vertices of each curve, unless it comes out as its input.
+    /// The vertices of each curve. `None` if the result is its input.
     pub curves: Vec<Option<Vertices>>,
     pub reports: Vec<CurveReport>,
     /// The device that did the work.
@@ -150,13 +153,13 @@ pub(crate) struct FairCurves {
     dimension: usize,
     /// The coordinates of the vertices of all curves that were fitted.
     coords: Numbers,
-    /// Where the coordinates of each curve begin, and where the last end.
+    /// The start of each curve's coordinates, and the end of the last.
     offsets: Vec<usize>,
     /// The parameters of the data points of every curve, from [`knots_of`].
     knots: Vec<f64>,
-    /// The rows of the vertices of data points, one for each knot.
+    /// The vertex index of the data point at every knot.
     rows: Vec<u32>,
-    /// Where the knots of each curve begin, and where the last end.
+    /// The start of each curve's knots, and the end of the last.
     first_knots: Vec<usize>,
     tangents: BTreeMap<usize, Tangents>,
     /// The points of the curves that were not fitted.
@@ -166,14 +169,15 @@ pub(crate) struct FairCurves {
     origin: Arc<Origin>,
     /// The surface that the curves lie in.
     surface: Option<Arc<dyn Surface>>,
-    /// Unit vectors, perpendicular to each other, along which no edge goes back where its span does not.
+    /// Orthogonal unit vectors. The curve along an edge goes backwards along one of them only if
+    /// the edge does.
     ahead: Vec<DVec3>,
 }
 
-/// The parameters of a curve's data points.
+/// Writes the parameters of a curve's data points.
 ///
-/// They are the given ones. A closed curve has one more, where it meets its first point again. They
-/// are 0, 1, 2 … where none were given or all are equal.
+/// They are the given ones, or 0, 1, 2 … if none were given or all are equal. A closed curve has
+/// one more, where it returns to its first point.
 fn knots_of(batch: &CurveBatch, i: usize, knots: &mut [f64]) {
     match batch.given_knots(i) {
         Some(given) => knots.copy_from_slice(&given),
@@ -181,19 +185,21 @@ fn knots_of(batch: &CurveBatch, i: usize, knots: &mut [f64]) {
     }
 }
 
-/// A curve through vertices.
+/// A curve through its vertices.
 ///
-/// Between two data points the parameter grows by the same step from edge to edge. If both data
-/// points have the same parameter, derivatives are taken by the fraction of the span.
+/// Between two data points the parameter grows by the same step per edge. If both data points have
+/// the same parameter, derivatives are taken with respect to the fraction of the span.
 ///
-/// - At a vertex between edges of lengths h and h′ with the tangents T and T′ the curvature vector is
-///   K = (T′ − T)/Δa. The tangent is (h′T + hT′)/(h + h′) − hh′ (K₊ − K₋)/(6 (h + h′)) with the curvature
-///   vectors at the vertices beside it, which is that of the smooth curve to the fourth order.
+/// - At a vertex between edges of lengths h and h′ with the tangents T and T′, the curvature vector
+///   is K = (T′ − T)/Δa. The tangent is (h′T + hT′)/(h + h′) − hh′ (K₊ − K₋)/(6 (h + h′)) with the
+///   curvature vectors K₋ and K₊ at the neighbouring vertices. It is the smooth curve's tangent to
+///   fourth order.
 /// - Along an edge the curve is the cubic with the tangents at both ends. Its curvature changes
-///   linearly from one K to the next.
-/// - At a corner each side has the tangent and the curvature of an end. Neither contains the turn
-///   of the corner itself.
-/// - Where a tangent τ is given it is that. The curvature vector is 2(T − τ)/h on the side of each edge, or the given one.
+///   linearly between the vectors K at both ends.
+/// - At a corner each side has the tangent and the curvature of a free end. The turn of the corner
+///   itself enters neither.
+/// - A given tangent τ replaces the computed one. The curvature vector is then 2(T − τ)/h on the
+///   side of each edge, or the given one.
 struct FairCurve<'a> {
     dimension: usize,
     closed: bool,
@@ -201,20 +207,22 @@ struct FairCurve<'a> {
     coords: &'a [f64],
     rows: &'a [u32],
     tangents: &'a Tangents,
-    /// The rows at which smooth pieces meet, increasing: corners, and vertices whose tangent is given.
+    /// The indices of the vertices at which smooth pieces meet, in increasing order: corners, and
+    /// vertices with a given tangent.
     breaks: Vec<u32>,
-    /// The curve along every edge, computed once on demand: lengths and curvatures ask for it many times.
+    /// The cubic along every edge. Computed once on demand, because lengths and curvatures need it
+    /// often.
     edges: OnceLock<Vec<Edge>>,
     /// The parameter of every data point.
     knots: &'a [f64],
     surface: Option<&'a dyn Surface>,
-    /// Those of [`FairCurves`].
+    /// See [`FairCurves`].
     ahead: &'a [DVec3],
 }
 
-/// The curve along an edge, as p + v (a + v (c + v d)) at the fraction v of the edge.
+/// The cubic p + v (a + v (c + v d)) along an edge, at the fraction v of the edge.
 ///
-/// Its curvature is that of the acceleration bend + v · bend_change.
+/// Curvatures are taken from the acceleration bend + v · bend_change.
 struct Edge {
     ends: [DVec3; 2],
     a: DVec3,
@@ -235,7 +243,7 @@ struct Chord {
 }
 
 impl Edge {
-    /// The curve from one vertex to another with the frames there.
+    /// The curve between two vertices with the given frames.
     #[inline(always)]
     fn between([p, q]: [DVec3; 2], chord: &Chord, [(start, bend), (end, bend_after)]: [Frame; 2]) -> Self {
         let Chord { vector, length, .. } = *chord;
@@ -244,7 +252,7 @@ impl Edge {
         Edge { ends: [p, q], a, c, d, bend: length * length * bend, bend_change: length * length * (bend_after - bend) }
     }
 
-    /// The curve at a fraction of the edge.
+    /// The position at a fraction of the edge.
     fn place(&self, v: f64) -> DVec3 {
         let Edge { ends: [p, q], a, c, d, .. } = *self;
         if v == 0.0 {
@@ -258,9 +266,9 @@ impl Edge {
 }
 
 impl FairCurve<'_> {
-    /// The edge at the fraction of a span, by its first row, and the fraction of the edge.
+    /// The index of the edge at a fraction of a span, and the fraction of the edge.
     ///
-    /// `None` for a span between repeated points, which lies at one vertex.
+    /// `None` for a span between repeated points, which has no edge.
     fn locate_edge(&self, span: usize, u: f64) -> Option<(usize, f64)> {
         let (from, to) = (self.rows[span] as usize, self.rows[span + 1] as usize);
         let place = u * (to - from) as f64;
@@ -268,7 +276,7 @@ impl FairCurve<'_> {
         Some((row, place - (row - from) as f64))
     }
 
-    /// The point at the fraction of a span. At a vertex it takes nothing but the vertex.
+    /// The position at a fraction of a span. At a vertex it is exactly the vertex.
     fn place(&self, span: usize, u: f64) -> DVec3 {
         match self.locate_edge(span, u) {
             None => self.vertex(self.rows[span] as usize),
@@ -285,7 +293,7 @@ impl FairCurve<'_> {
         self.coords.len() / self.dimension
     }
 
-    /// The row of a vertex, which goes on past the last of a closed curve.
+    /// Wraps an index that may exceed the last vertex of a closed curve.
     #[inline(always)]
     fn wrapped(&self, row: usize) -> usize {
         let count = self.count();
@@ -297,20 +305,21 @@ impl FairCurve<'_> {
         vector(&self.coords[self.wrapped(row) * self.dimension..][..self.dimension])
     }
 
-    /// The curve along the edge that begins at a row.
+    /// The curve along the edge that begins at a vertex.
     fn cubic(&self, row: usize) -> &Edge {
         &self.edges.get_or_init(|| self.laid())[row]
     }
 
-    /// What is given at a row.
+    /// The given tangent at a vertex.
     fn given(&self, row: usize) -> Option<&Given> {
         let (row, given) = (self.wrapped(row) as u32, &self.tangents.given);
         given.binary_search_by_key(&row, |own| own.row).ok().map(|k| &given[k])
     }
 
-    /// The first and last row of the smooth piece that holds the edge beginning at a row.
+    /// The first and the last vertex of the smooth piece that contains the edge beginning at `row`.
     ///
-    /// `None` for a closed curve without corners. On closed curves rows go on past the last.
+    /// `None` for a closed curve without corners. On closed curves the last index may exceed the
+    /// number of vertices.
     fn piece(&self, row: usize) -> Option<(usize, usize)> {
         let (count, corners) = (self.count(), &self.breaks[..]);
         let next = corners.partition_point(|&corner| corner as usize <= row);
@@ -325,7 +334,7 @@ impl FairCurve<'_> {
         }
     }
 
-    /// The curve along all edges.
+    /// The cubics along all edges.
     fn laid(&self) -> Vec<Edge> {
         let count = if self.closed { self.count() } else { self.count() - 1 };
         let chord = |row: usize| {
@@ -338,11 +347,10 @@ impl FairCurve<'_> {
         let mut before = None;
         for row in 0..count {
             let piece = self.piece(row);
-            // The edges of a closed curve before its first corner belong to the piece that
-            // began at its last corner, one round earlier.
+            // Edges of a closed curve before its first corner belong to the piece that began at its
+            // last corner, one revolution earlier.
             let at = if piece.is_some_and(|(first, _)| first > row) { row + self.count() } else { row };
-            // An edge begins with the frame in which the edge before it ended, except at
-            // corners.
+            // An edge begins with the frame at the end of the previous edge, except at corners.
             let start = match before {
                 Some(end) if piece.is_none_or(|(first, _)| first != at) => end,
                 _ => self.frame(&chords, at, piece),
@@ -389,7 +397,8 @@ impl FairCurve<'_> {
         (kept_ahead(tangent, self.ahead, beside.map(|chord| chord.direction), is_free), own)
     }
 
-    /// The curvature vector at a vertex of a smooth piece, which is extrapolated at the ends of the piece.
+    /// The curvature vector at a vertex of a smooth piece. At the ends of the piece it is
+    /// extrapolated.
     #[inline(always)]
     fn curvature(&self, chords: &[Chord], row: usize, piece: Option<(usize, usize)>) -> DVec3 {
         let within = |row: usize| {
@@ -399,7 +408,7 @@ impl FairCurve<'_> {
         let inner = |k: usize, (first, last): (usize, usize)| within(if row == first { first + k } else { last - k });
         match piece {
             Some(piece @ (first, last)) if row == first || row == last => match (self.given(row), last - first) {
-                // Both T and τ lead on: into the piece, or out of it.
+                // Both T and τ point forwards: into the piece, or out of it.
                 (Some(given), _) => given.curvature.unwrap_or_else(|| {
                     let (sign, edge) = if row == first { (2.0, first) } else { (-2.0, last - 1) };
                     let edge = &chords[self.wrapped(edge)];
@@ -413,23 +422,27 @@ impl FairCurve<'_> {
         }
     }
 
-    /// The chords that end and begin at a vertex. At the end of an open curve there is but one of them, twice.
+    /// The chords that end and begin at a vertex. At the end of an open curve both are the same
+    /// chord.
     #[inline(always)]
     fn chords_at<'c>(&self, chords: &'c [Chord], row: usize) -> (&'c Chord, &'c Chord) {
         (&chords[self.before(row).min(chords.len() - 1)], &chords[self.wrapped(row).min(chords.len() - 1)])
     }
 
-    /// The row before another, on a closed curve.
+    /// The previous vertex on a closed curve.
     #[inline(always)]
     fn before(&self, row: usize) -> usize {
         if row == 0 { self.count() - 1 } else { self.wrapped(row - 1) }
     }
 }
 
-/// The tangent with which cubics along two edges do not go back along unit vectors n, if the edges do not.
+/// Limits a tangent so that the cubics along both adjacent edges do not go backwards along the unit
+/// vectors n, unless the edges themselves do.
 ///
-/// Cubics are monotone where n·T at both ends is between 0 and three times that of the edge. What is across all n, if any is
-/// left `free`, makes T a unit vector. Source: F. N. Fritsch and R. E. Carlson, *Monotone piecewise cubic interpolation* (1980).
+/// A cubic is monotone along n if n·T at both ends is between 0 and three times the value of the
+/// edge. If `is_free`, the component orthogonal to all n is scaled to make T a unit vector.
+///
+/// Source: F. N. Fritsch and R. E. Carlson, *Monotone piecewise cubic interpolation* (1980).
 fn kept_ahead(tangent: DVec3, ahead: &[DVec3], directions: [DVec3; 2], is_free: bool) -> DVec3 {
     let (mut kept, mut across, mut is_kept) = (DVec3::ZERO, tangent, true);
     for n in ahead {
@@ -510,7 +523,7 @@ impl Curve for FairCurve<'_> {
 }
 
 impl FairCurves {
-    /// The curves of a batch, by the vertices of those that were fitted.
+    /// The curves of a batch, from the vertices of the fitted ones.
     pub fn new(batch: &CurveBatch, mut curves: Vec<Option<Vertices>>, problems: BTreeMap<usize, Unfitted>) -> Self {
         let count = |i: usize| curves[i].as_ref().map_or(0, |own| own.coords.len());
         let ends = |i: usize| batch.count(i) + usize::from(batch.is_closed(i));
@@ -530,7 +543,7 @@ impl FairCurves {
         let inputs = sort::map(unfitted.map(|i| (i, Input::of(batch, i))));
         let known = curves.iter_mut().enumerate();
         let tangents = sort::map(known.filter_map(|(i, own)| Some((i, *own.as_mut()?.tangents.take()?))));
-        // All threads free what all have allocated.
+        // All threads take part in freeing what all have allocated.
         parallel::each(&mut curves, |own| *own = None);
         FairCurves {
             dimension: batch.dimension(),
@@ -549,18 +562,21 @@ impl FairCurves {
         }
     }
 
-    /// Keeps the curves from going back along directions between vertices, where their edges do not.
+    /// Keeps the curves from going backwards along these directions between vertices, unless their
+    /// edges do.
     pub fn keep_ahead(&mut self, directions: &[[f64; 3]]) {
         self.ahead = directions.iter().map(|direction| DVec3::from(*direction).normalize()).collect();
     }
 
-    /// Keeps all places of the curves in a surface. What could not be fitted is its points as they were given.
+    /// Projects all positions of the curves onto a surface. Unfitted curves become their given
+    /// points.
     pub fn lie_in(&mut self, given: &CurveBatch, surface: &Arc<dyn Surface>) {
         self.surface = Some(surface.clone());
         self.inputs.iter_mut().for_each(|(i, input)| *input = Input::of(given, *i));
     }
 
-    /// The vertices of curve `i` in space and the rows of its data points, if it was fitted.
+    /// The vertices of curve `i` in space and the vertex indices of its data points, if it was
+    /// fitted.
     pub fn vertices(&self, i: usize) -> Option<(Vec<DVec3>, Vec<u32>)> {
         let curve = self.fair(i)?;
         Some(((0..curve.count()).map(|row| curve.vertex(row)).collect(), curve.rows.to_vec()))

@@ -1,4 +1,4 @@
-//! The division of a start curve into edges of about equal arc length, span by span.
+//! Divides a start curve into edges of about equal arc length, span by span.
 
 use glam::DVec3;
 
@@ -8,16 +8,19 @@ use crate::linalg::scalar::{Vector, add, dot, scale};
 use crate::motion::Motion;
 use crate::surface::Surface;
 
-/// A span is measured on a quadric by one chord for so many edges, and by so many chords at least.
+/// On a quadric the length of a span is measured by one chord per this many edges, and by at least
+/// [`LEAST_CHORDS`] chords.
 ///
-/// Normals turn little along a span (see `ground::wide`), and the regularisation evens out the rest. Every foot costs time. Other surfaces,
-/// such as terrain, may have hills in a span.
+/// Normals turn little along a span (see `ground::wide`), and the regularisation evens out the
+/// rest. Every projection costs time. Other surfaces, such as terrain, may have hills within a
+/// span.
 const EDGES_A_CHORD: usize = 4;
 const LEAST_CHORDS: usize = 4;
 
-/// The vertices at equal arc length along each span, and the row of every data point.
+/// The vertices at equal arc length along each span, and the vertex index of every data point.
 ///
-/// With a surface they are moved onto it, and divide what is there. The regularisation evens out what the division leaves.
+/// With a surface the span is measured on the surface, and the vertices are projected onto it. The
+/// regularisation evens out the rest.
 pub(super) fn divide<const D: usize>(
     curve: &dyn Curve,
     points: &[Vector<f64, D>],
@@ -38,12 +41,12 @@ pub(super) fn divide<const D: usize>(
         }
         let way = Along::new(curve, span);
         let along = Moved { way, surface, is_quadric };
-        // The data themselves are taken, without the rounding of a spline.
+        // Uses the data points themselves, without the rounding of a spline.
         vertices.push(if interpolates { from } else { along.place(0.0) });
         let n = match segments {
             Segments::PerSpan(n) => n,
-            // The vertices of all curves were checked by chords. This bounds a spline that swings
-            // out far.
+            // The check of all options bounded the number of vertices by chords. This bounds
+            // splines that swing far out.
             Segments::Spacing(spacing) => {
                 (curve.span_length(span) / spacing).ceil().clamp(1.0, Segments::MOST_VERTICES as f64) as usize
             }
@@ -61,11 +64,11 @@ pub(super) fn divide<const D: usize>(
     (vertices, rows)
 }
 
-/// Places and speeds along a span, by the fraction u of it.
+/// Positions and speeds along a span, by its fraction u.
 enum Along<'a, const D: usize> {
     /// p + u (v₀ + u (v₁/2 + u v₂/3))
     Cubic { start: Vector<f64, D>, velocity: [Vector<f64, D>; 3] },
-    /// Any curve.
+    /// Any other curve.
     Other { curve: &'a dyn Curve, span: usize },
 }
 
@@ -101,10 +104,9 @@ impl<'a, const D: usize> Along<'a, D> {
         }
     }
 
-    /// The arc lengths from the start of the span to the ends of n equal pieces of the parameter.
+    /// The arc lengths from the start of the span to the ends of n equal steps of the parameter.
     ///
-    /// Simpson's rule with as many panels as pieces resolves the speed as finely as the curve
-    /// itself.
+    /// Simpson's rule with one panel per step resolves the speed as finely as the curve itself.
     fn measure(&self, n: usize, arc: &mut Vec<f64>) {
         let panel = 1.0 / n as f64;
         arc.clear();
@@ -119,7 +121,7 @@ impl<'a, const D: usize> Along<'a, D> {
     }
 }
 
-/// A span, moved onto a surface if there is one.
+/// A span, projected onto a surface if there is one.
 struct Moved<'a, const D: usize> {
     way: Along<'a, D>,
     surface: Option<&'a dyn Surface>,
@@ -127,7 +129,7 @@ struct Moved<'a, const D: usize> {
 }
 
 impl<const D: usize> Moved<'_, D> {
-    /// A place. In a surface it is no number where there is none near.
+    /// A position. NaN if the surface has no point near it.
     fn place(&self, u: f64) -> Vector<f64, D> {
         let place = self.way.place(u);
         match self.surface {
@@ -136,7 +138,7 @@ impl<const D: usize> Moved<'_, D> {
         }
     }
 
-    /// Moves places of the way onto the surface, if there is one. `feet` is storage.
+    /// Projects positions of the span onto the surface, if there is one. `feet` is a buffer.
     fn move_onto(&self, places: &mut [Vector<f64, D>], feet: &mut Vec<DVec3>) {
         let Some(surface) = self.surface else { return };
         feet.clear();
@@ -145,9 +147,9 @@ impl<const D: usize> Moved<'_, D> {
         places.iter_mut().zip(feet).for_each(|(place, foot)| *place = components(foot.to_array()));
     }
 
-    /// The arc lengths from the start of the span to the ends of n equal pieces of the parameter.
+    /// The arc lengths from the start of the span to the ends of n equal steps of the parameter.
     ///
-    /// In a surface those of the way, in proportion to the chords of what is moved.
+    /// On a surface, each arc length is scaled by the ratio of the projected chord to the chord.
     fn measure(&self, n: usize, arc: &mut Vec<f64>, feet: &mut Vec<DVec3>) {
         self.way.measure(n, arc);
         let Some(surface) = self.surface else { return };
@@ -170,15 +172,16 @@ impl<const D: usize> Moved<'_, D> {
     }
 }
 
-/// The first D components.
+/// The first D components of a vector.
 pub(super) fn components<const D: usize>(v: [f64; 3]) -> Vector<f64, D> {
     let mut own = [0.0; D];
     own.copy_from_slice(&v[..D]);
     own
 }
 
-/// The fractions that divide a span into pieces of about equal length, as many as there are
-/// pieces in `arc`, the [arc lengths](Along::measure) to their ends.
+/// The fractions that divide a span into pieces of about equal length.
+///
+/// There are as many pieces as steps in `arc`, the [arc lengths](Along::measure) at their ends.
 fn equal_fractions(arc: &[f64], mut at: impl FnMut(f64)) {
     let n = arc.len() - 1;
     let panel = 1.0 / n as f64;

@@ -1,4 +1,5 @@
-//! [`Fair::fit`]: curves are moved onto their surface, cut at their corners, laid into their planes, fitted and joined again.
+//! [`Fair::fit`]: curves are moved onto their surface, cut at corners, projected into their planes,
+//! fitted and joined.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -27,23 +28,24 @@ impl Fair {
     /// The statuses are:
     ///
     /// - `converged`: the tolerance was reached.
-    /// - `not_converged`: the curve is the best one reached. It is its input where the best one is
-    ///   more than twice as long as the points' polygon.
-    /// - `infeasible`: no curve was found near that keeps the [`limits`](Self::limits).
-    /// - `unbounded`: the energy has neither length nor tension, and the curve grew past five times
-    ///   its chord polygon while its energy fell. Bending alone often has no minimum.
+    /// - `not_converged`: the curve is the best one reached. If that is more than twice as long as
+    ///   the data polygon, the result is the input.
+    /// - `infeasible`: no curve was found nearby that satisfies the [`limits`](Self::limits).
+    /// - `unbounded`: the energy contains neither length nor tension, and the curve grew past five
+    ///   times its data polygon while its energy fell. Bending alone often has no minimum.
     /// - `degenerate` and `invalid`: the curve cannot be fitted.
     ///
-    /// Curves of the last three statuses come out as their input. The reported energy is the
-    /// weighted sum asked for, in units of the input, without the regularisation.
+    /// If a curve is `unbounded`, `degenerate` or `invalid`, the result is its input. The reported
+    /// energy is the requested weighted sum in units of the input, without the regularisation.
     ///
-    /// The device's [counter](Device::with_counter) counts curves as they are finished. A curve cut
-    /// at [`corners`](Self::corners) counts with its last piece.
+    /// The device's [counter](Device::with_counter) counts finished curves. A curve that was cut at
+    /// [`corners`](Self::corners) counts with its last piece.
     ///
     /// # Errors
-    /// - Weights that are negative or not finite, no energy at all, or an exponent below 1.
-    /// - A tolerance, a number of segments or pins that make no sense.
-    /// - A spacing that makes more than [`Segments::MOST_VERTICES`](super::Segments::MOST_VERTICES).
+    /// - Weights that are negative or not finite, an empty energy, or an exponent below 1.
+    /// - An invalid tolerance, number of segments or choice of pins.
+    /// - A spacing that makes more than
+    ///   [`Segments::MOST_VERTICES`](super::Segments::MOST_VERTICES).
     /// - Columns `nu` and `known`.
     /// - On a GPU, errors of submissions.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
@@ -59,11 +61,11 @@ impl Fair {
 
     /// Fits every curve and samples it.
     ///
-    /// The samples are the vertices if the sampling is [`Sampling::PerSpan`] with as many samples
-    /// as there are [`segments`](Self::segments) a span.
+    /// With [`Sampling::PerSpan`] and as many samples per span as [`segments`](Self::segments), the
+    /// samples are the vertices.
     ///
     /// # Errors
-    /// Those of [`fit`](Self::fit) and of [`Sampling::check`].
+    /// The errors of [`fit`](Self::fit) and of [`Sampling::check`].
     pub fn fit_sampled(&self, batch: &CurveBatch, sampling: Sampling, device: &Device) -> Result<(Fit, CurveBatch)> {
         check_samples(sampling, batch, self.surface.as_deref(), 0)?;
         let fit = self.fit(batch, device)?;
@@ -71,8 +73,9 @@ impl Fair {
         Ok((fit, polylines))
     }
 
-    /// Sentences about usable curves, for people who fit many: how many have loops, and how many were found cheaper from
-    /// further starts, and by how much. The reports are those of a fit with these options.
+    /// Summary sentences for fits of many curves: how many usable curves have loops, how many
+    /// restarts found a lower energy, and by how much. `reports` must come from a fit with these
+    /// options.
     pub fn notes(&self, reports: &[CurveReport]) -> Vec<String> {
         let mut notes = Vec::new();
         let looping: Vec<f64> =
@@ -124,13 +127,13 @@ impl SurfaceMethod for Fair {
         Ok((curves, reports, device))
     }
 
-    /// Tangents are directions to the east and to the north.
+    /// Tangents are given by their components to the east and to the north.
     fn tangent_in_space(globe: Globe, [longitude, latitude]: [f64; 2], [eastward, northward]: [f64; 2]) -> DVec3 {
         let [east, north] = globe.compass(longitude, latitude);
         eastward * east + northward * north
     }
 
-    /// Natural splines over the arc length on the ground.
+    /// Natural splines over the arc length along the ground.
     fn fit_heights(&self, batch: &CurveBatch, curves: &FairCurves) -> Result<Fit> {
         let (mut t, mut closing) = (Vec::with_capacity(batch.total_points()), Vec::with_capacity(batch.len()));
         for i in 0..batch.len() {
@@ -147,7 +150,7 @@ impl SurfaceMethod for Fair {
     }
 }
 
-/// Fits curves whose points have D coordinates, cut at their corners if they have any.
+/// Fits curves with D coordinates per point, cut at their corners if there are any.
 fn fit_in<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,
@@ -156,7 +159,8 @@ fn fit_in<const D: usize>(
     let allowed = fair.deviation.map(|deviation| (0..batch.len()).map(|i| deviation.of(batch, i)).collect());
     let fitted = match fair.corners {
         Some(angle) => {
-            // Where nothing holds a closed curve its points say nothing of corners.
+            // The points of a closed curve that is neither pinned nor attached do not define
+            // corners.
             let is_loose = fair.pins != Pins::All && fair.surface.is_some() && !fair.energy.is_attached();
             let cut = Corners::cut::<D>(batch, angle, &|i| is_loose && batch.is_closed(i));
             let curves = cut.curves();
@@ -181,7 +185,7 @@ fn fit_in<const D: usize>(
     Ok((curves, reports, device))
 }
 
-/// Fits curves that have no corners, in planes if they lie in them.
+/// Fits curves without corners. Planar ones are fitted in their planes.
 fn fit_pieces<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,

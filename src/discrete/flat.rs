@@ -1,8 +1,9 @@
-//! Curves in space whose points lie in a plane, under energies of variation: they are fitted in it.
+//! Fits curves in space whose points lie in a plane within that plane, if the energy contains
+//! variation.
 //!
-//! The plane's curve of least variation is stationary in space too, but seldom a minimum there: where curves turn sharply, a
-//! little twist is cheaper, and Newton's method in space strays into loops, the farther the finer the edges are. No data ask for
-//! that.
+//! The planar curve of least variation is stationary in space too, but seldom a minimum there.
+//! Where the curve turns sharply a little torsion reduces the energy, and Newton's method in space
+//! strays into loops, the more so the finer the edges are. Planar data do not justify this.
 
 use glam::DVec3;
 
@@ -15,13 +16,14 @@ use crate::batch::CurveBatch;
 use crate::curve::vector;
 use crate::error::Result;
 
-/// Points lie in a plane up to 16 roundings of their largest coordinate, and vectors up to 16 roundings of their length.
+/// Points are coplanar up to 16 roundings of their largest coordinate, and vectors up to 16
+/// roundings of their length.
 const ROUNDINGS: f64 = 16.0;
 
-/// Points lie on a line within this part of their size.
+/// Points are collinear within this fraction of their extent.
 const LINE: f64 = 1e-9;
 
-/// A plane, with two perpendicular directions in it.
+/// A plane with two orthonormal directions in it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plane {
     origin: DVec3,
@@ -29,7 +31,8 @@ pub(super) struct Plane {
 }
 
 impl Plane {
-    /// The plane of points and of vectors in it, if there is one and they do not lie on a line.
+    /// The plane of points and vectors. `None` if they are not coplanar, or if the points are
+    /// collinear.
     fn of(points: &[DVec3], vectors: &[DVec3]) -> Option<Self> {
         let far = |from: &dyn Fn(DVec3) -> f64| points.iter().copied().max_by(|a, b| from(*a).total_cmp(&from(*b)));
         let first = *points.first()?;
@@ -42,7 +45,7 @@ impl Plane {
         }
         let level = (0..3).find(|&c| points.iter().all(|point| point[c] == first[c]));
         let plane = match level {
-            // The plane takes two of the three coordinates over, without rounding.
+            // The plane uses two of the three coordinates, without rounding.
             Some(c) => {
                 Plane { origin: DVec3::AXES[c] * first[c], axes: [DVec3::AXES[(c + 1) % 3], DVec3::AXES[(c + 2) % 3]] }
             }
@@ -55,7 +58,7 @@ impl Plane {
         (lie && vectors.iter().all(|vector| is_near(vector.dot(normal), vector.length()))).then_some(plane)
     }
 
-    /// The part of a vector in the plane.
+    /// The components of a vector in the plane.
     fn part(&self, vector: DVec3) -> [f64; 2] {
         self.axes.map(|axis| vector.dot(axis))
     }
@@ -69,7 +72,7 @@ impl Plane {
     }
 }
 
-/// The planes of the curves of a batch that lie in one, where energies ask for them.
+/// The planes of the planar curves of a batch; all `None` if the options do not call for them.
 pub(super) fn planes(fair: &Fair, batch: &CurveBatch) -> Vec<Option<Plane>> {
     let varies = |(weight, own): &(f64, Functional)| *weight > 0.0 && matches!(own, Functional::Variation(_));
     let none = || vec![None; batch.len()];
@@ -93,7 +96,7 @@ pub(super) fn planes(fair: &Fair, batch: &CurveBatch) -> Vec<Option<Plane>> {
     (0..batch.len()).map(plane).collect()
 }
 
-/// Fits curves that lie in planes in these, and all others in space.
+/// Fits planar curves in their planes, and all others in space.
 pub(super) fn fit(
     batch: &CurveBatch,
     planes: &[Option<Plane>],
@@ -132,7 +135,7 @@ pub(super) fn fit(
     Ok(Fitted { curves, reports, device })
 }
 
-/// A batch whose curves lie in planes in the coordinates of these.
+/// The batch with its planar curves in the coordinates of their planes.
 fn in_planes(batch: &CurveBatch, planes: &[Option<Plane>]) -> CurveBatch {
     let constraints = batch.constraints();
     let each = |coords: &[f64], part: &dyn Fn(&Plane, DVec3) -> [f64; 2]| -> Vec<f64> {

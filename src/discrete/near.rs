@@ -1,9 +1,8 @@
-//! The start of curves within a deviation: a smoothing spline, which keeps the deviation and is
-//! gentle.
+//! [`Near`]: the smoothing splines from which curves within a deviation start.
 //!
-//! The natural spline goes through every point, however sharply the points turn. Descents from
-//! there may swing out into large loops instead of letting go of the points. The smoothing spline
-//! has let go of them from the start.
+//! The natural spline interpolates every point, however sharply the points turn. Descents from
+//! there may swing out into large loops instead of leaving the points. The smoothing spline has
+//! left them from the start. It keeps the deviation and is smooth.
 
 use super::curves::Vertices;
 use super::energy::Energy;
@@ -20,38 +19,40 @@ use crate::report::{CurveReport, CurveSet};
 use crate::spline::{CubicSplines, Parametrisation, Smoothing, SmoothingTarget};
 use crate::status::CurveStatus;
 
-/// The most that the spline of an open curve strays from its points, as a fraction of the diagonal
-/// of their box.
+/// The largest deviation of the spline of an open curve, as a fraction of the diagonal of its
+/// bounding box.
 ///
-/// A spline that may stray by the whole diagonal may be a point.
+/// A spline that may deviate by the whole diagonal may shrink to a point.
 const OF_DIAGONAL: f64 = 0.25;
 
-/// The most that the spline of a closed curve strays, as a fraction of area over length.
+/// The largest deviation of the spline of a closed curve, as a fraction of area over length.
 ///
-/// A circle keeps some three quarters of its radius, and a sliver half its width. With 0.5 another border of
-/// countries-110m does not converge at a deviation of 0.2. With 0.45 a clover of four leaves has an energy higher by 4 %.
+/// A circle keeps about three quarters of its radius, and a sliver half of its width. With 0.5
+/// another border of countries-110m does not converge at a deviation of 0.2. With 0.45 the energy
+/// of a four-leaf clover is 4 % higher.
 const OF_WIDTH: f64 = 0.47;
 
-/// The most for closed curves that enclose nothing, such as an eight, as a fraction of the
-/// diagonal.
+/// The least bound for closed curves, which applies if they enclose no area, such as a figure
+/// eight. It is a fraction of the diagonal.
 const LEAST_OF_DIAGONAL: f64 = 0.01;
 
 /// The smoothing splines of a batch.
 pub(super) struct Near {
     splines: Option<CubicSplines>,
-    /// For every curve, its index among the splines.
+    /// The index of each curve's spline.
     places: Vec<Option<usize>>,
-    /// The deviation that every curve may use.
+    /// The deviation that each curve may use.
     allowed: Vec<f64>,
 }
 
 impl Near {
-    /// The splines that keep the deviation, or the largest at which the curve does not vanish.
+    /// The splines with the requested deviation, or with the largest at which the curve does not
+    /// vanish.
     pub fn new<const D: usize>(pins: Pins, asked: &[f64], batch: &CurveBatch) -> Result<Self> {
         let pinned = batch.constraints().pinned.clone();
         let free = batch.clone().with_constraints(Constraints { pinned, ..Constraints::default() })?;
         let reaches: Vec<f64> = (0..batch.len()).map(|i| reach::<D>(batch, i)).collect();
-        // A curve that cannot be fitted has a reach of 0 or NaN.
+        // A curve that cannot be fitted has a bound of 0 or NaN.
         let has_spline = |&i: &usize| {
             let distance = asked[i].min(reaches[i]);
             distance > 0.0 && distance.is_finite() && asked[i] / reaches[i] < MOST_TIMES
@@ -85,7 +86,8 @@ impl Near {
     }
 }
 
-/// The report of a curve that stays the spline from which it would have started, and its vertices.
+/// The report and the vertices of a curve that is left as the spline from which it would have
+/// started.
 pub(super) fn left_as_it_is<const D: usize>(
     ready: PreparedCurve<D>,
     attached: &Fair,
@@ -112,12 +114,12 @@ pub(super) fn left_as_it_is<const D: usize>(
     (report, Some(Vertices { coords, rows: ready.rows, tangents: None }))
 }
 
-/// The remedies for a curve without a minimum near its points, the best first.
+/// The remedy for a curve without a minimum near its points.
 ///
-/// Of the 594 borders of countries-110m at a deviation of 0.2 this many have one:
+/// Of the 594 borders of countries-110m at a deviation of 0.2 this many have a minimum:
 ///
 /// - 466 with bending alone
-/// - 473, 518 and 571 with a length of weight 0.1, 1 and 10 beside it
+/// - 473, 518 and 571 with length of weight 0.1, 1 and 10 added
 /// - all with corners of 60°
 pub(super) fn remedy(energy: &Energy) -> &'static str {
     match energy.bounds_length() {
@@ -126,19 +128,19 @@ pub(super) fn remedy(energy: &Energy) -> &'static str {
     }
 }
 
-/// The deviation in units of the reach, at most.
+/// The largest deviation relative to the curve's own bound.
 ///
-/// A curve of a smaller reach is as small as rounding beside the deviation.
+/// If the ratio is larger, the curve is as small as the rounding of the deviation.
 const MOST_TIMES: f64 = 1.0 / f64::EPSILON;
 
-/// How far the spline of a curve may stray without vanishing.
+/// How far the spline of a curve may deviate without vanishing.
 fn reach<const D: usize>(batch: &CurveBatch, i: usize) -> f64 {
     let points = batch.points(i).as_chunks::<D>().0;
     let diagonal = Bounds::of(points.iter().copied()).sides().into_iter().fold(0.0, f64::hypot);
     if !batch.is_closed(i) {
         return OF_DIAGONAL * diagonal;
     }
-    // ½ Σ p × q by its components, with positions relative to the first point.
+    // The components of ½ Σ p × q, with positions relative to the first point.
     let mut area = [[0.0; D]; D];
     let mut length = 0.0;
     for k in 0..points.len() {

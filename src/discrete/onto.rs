@@ -1,4 +1,5 @@
-//! What fair curves in a surface are asked for, and how their starts get there.
+//! Fair curves in a surface: local coordinates, checks of the options, and a check of projected
+//! starts.
 
 use glam::DVec3;
 
@@ -22,7 +23,8 @@ pub(super) fn local<const D: usize>(fair: &Fair, vertices: &[Vector<f64, D>], si
 /// Checks that curves can be fitted in the surface, if there is one.
 ///
 /// # Errors
-/// Planar curves. Energies of order 3. What is not kept in surfaces. Geodesic bending without a surface.
+/// Planar curves. Energies of order 3. Limits and constraints that are not supported in surfaces.
+/// Geodesic bending without a surface.
 pub(super) fn check_surface(fair: &Fair, batch: &CurveBatch) -> Result<()> {
     let refuse = |why: String| Err(Error::Argument(why));
     let Some(surface) = &fair.surface else {
@@ -45,8 +47,8 @@ pub(super) fn check_surface(fair: &Fair, batch: &CurveBatch) -> Result<()> {
     refuse(format!("curves in {} {what}", surface.name()))
 }
 
-/// The vertex after which a curve moved onto a surface is lost: one that is no number, or from which the normal turns by more
-/// than 90° to the next.
+/// The index of the vertex after which the projection onto a surface failed: a vertex is NaN, or
+/// the normal turns by more than 90° to the next vertex.
 pub(super) fn lost_between<const D: usize>(surface: &dyn Surface, vertices: &[Vector<f64, D>]) -> Option<usize> {
     let normals: Vec<DVec3> = vertices.iter().map(|vertex| normal(surface, vector(vertex))).collect();
     let turns_little = |row: usize| normals[row - 1].dot(normals[row]) > 0.0;

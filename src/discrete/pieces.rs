@@ -1,4 +1,4 @@
-//! Fits of curves without corners: every curve by its own strategy, then all those that may not cross.
+//! Fits curves without corners: first each curve alone, then those that must not cross.
 
 use super::curves::Fitted;
 use super::deviation::{InDiscs, within_discs};
@@ -20,27 +20,27 @@ use crate::error::Result;
 use crate::precision::Precision;
 use crate::report::CurveReport;
 
-/// Which curves are pieces of others.
+/// How pieces belong to curves.
 pub(super) struct Pieces<'a> {
-    /// Which keep their ends whatever the pins say; empty if none do.
+    /// Whether each piece keeps its ends regardless of the pins; empty if none does.
     pub kept: &'a [[bool; 2]],
-    /// The curve that each is a piece of.
+    /// The curve to which each piece belongs.
     pub owners: Vec<usize>,
 }
 
 impl Pieces<'_> {
-    /// Whether a piece keeps its first and its last point whatever the pins say.
+    /// Whether a piece keeps its first and its last point regardless of the pins.
     fn kept_of(&self, i: usize) -> [bool; 2] {
         self.kept.get(i).copied().unwrap_or_default()
     }
 }
 
-/// A curve that was fitted.
+/// A fitted curve.
 struct FittedCurve<const D: usize> {
     found: Found,
-    /// Whether the CPU descended, in part or wholly.
+    /// Whether the CPU did all or part of the descent.
     on_cpu: bool,
-    /// Where the curve starts again, if it may not cross others.
+    /// The state from which the curve restarts if it crosses others.
     start: Option<Box<Restart<D>>>,
 }
 
@@ -49,7 +49,7 @@ enum Restart<const D: usize> {
     Near(InDiscs<D>),
 }
 
-/// Fits curves that have no corners. `allowed` says how far each may pass from its points.
+/// Fits curves without corners. `allowed` are the deviations of the curves.
 pub(super) fn fit<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,
@@ -75,7 +75,8 @@ pub(super) fn fit<const D: usize>(
     fit_all::<D>(&held, batch, pieces, &prepare, &|i| Some([asked[i], near.allowed(i)]), device, tally)
 }
 
-/// Fits curves as they are prepared. `allowed` are the deviations asked for, and what each curve may use of them.
+/// Fits prepared curves. `allowed` returns the requested deviation, and the deviation that the
+/// curve may use.
 fn fit_all<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,
@@ -140,7 +141,7 @@ fn fit_all<const D: usize>(
     Ok(Fitted { curves, reports, device })
 }
 
-/// Fits a curve without regard to others.
+/// Fits a curve independently of all others.
 async fn fit_one<const D: usize>(
     curve: CurveFit<'_, D>,
     ready: PreparedCurve<D>,
@@ -179,7 +180,7 @@ async fn fit_again<const D: usize>(
     }
 }
 
-/// The report and the vertices of a curve that ended like this.
+/// The report and the vertices of a curve for an outcome.
 fn reported<const D: usize>(
     curve: &CurveFit<'_, D>,
     own: &Descended<D>,

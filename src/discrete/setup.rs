@@ -1,4 +1,4 @@
-//! The way from data points to vertices.
+//! Setup: turns the data points of a curve into a [`Problem`].
 //!
 //! The natural or periodic spline through the data points is divided into edges of equal arc
 //! length.
@@ -23,48 +23,48 @@ use crate::spline::{CubicSplines, Natural, Parametrisation};
 use crate::status::CurveStatus;
 use crate::{Constraints, Unfitted};
 
-/// The γ h³/w at which the tangential and the normal stiffness of a vertex are equal.
+/// The γ h³/w at which the tangential and the normal stiffness of a vertex are equal, for the
+/// weight γ of the regularisation.
 const REGULARISATION: f64 = 1.0;
 
-/// The least mean curvature, as a fraction of 1/size.
+/// The least mean curvature, as a fraction of 1/size. Smaller values are raised to it.
 ///
-/// Smaller ones count as this.
-///
-/// An exponent ν > 2 would make straight curves infinitely soft.
+/// Otherwise an exponent ν > 2 would make straight curves infinitely soft.
 const LEAST_CURVATURE: f64 = 0.1;
 
-/// The most edges a span for which f32 has enough digits for bending.
+/// The most edges per span for which f32 has enough digits for bending.
 ///
-/// The condition grows as the fourth power of the edges.
+/// The condition number grows with the fourth power of the number of edges.
 pub(super) const MOST_EDGES_IN_F32: u32 = 200;
 
-/// A curve this many times as long as its chord polygon has run away.
+/// A curve longer than this factor times its data polygon counts as unbounded.
 ///
-/// A half circle through two points is 1.57 times as long. No curve that converged was seen to
-/// pass 1.23 on its way. All that ran away passed 5 within some hundred iterations.
+/// A half circle through two points is 1.57 times as long as its chord. No curve that converged was
+/// seen to exceed 1.23 on its way. All unbounded ones passed 5 within about a hundred iterations.
 pub(super) const LONGEST: f64 = 5.0;
 
-/// A curve that can be descended.
+/// A curve prepared for a descent.
 #[derive(Clone, Debug)]
 pub(crate) struct PreparedCurve<const D: usize> {
     pub problem: Box<Problem<D>>,
-    /// Base vertices in units of the input.
+    /// The base vertices in units of the input.
     ///
-    /// Those of data points are the data.
+    /// The vertices at data points equal the data.
     pub vertices: Vec<Vector<f64, D>>,
-    /// The row of the vertex of every data point.
+    /// The vertex index of every data point.
     ///
-    /// A closed curve has one more, the row after its last.
+    /// A closed curve has one more, one past its last vertex.
     pub rows: Vec<u32>,
-    /// The tangents and curvature vectors that are given, in the order of their rows.
+    /// The given tangents and curvature vectors, in increasing order of vertex index.
     pub given: Vec<Constrained<D>>,
-    /// The length of the unit of [`problem`](Self::problem), in units of the input.
+    /// The unit of length of [`problem`](Self::problem), in units of the input.
     pub size: f64,
-    /// The energy in units of the input that is 1 in those of the problem.
+    /// The unit of energy of the problem, in units of the input.
     pub energy_unit: f64,
 }
 
-/// The natural and periodic splines through the points of a batch, from which its curves start.
+/// The natural and periodic splines through the data points of a batch, from which its curves
+/// start.
 pub(super) struct SplineStarts<'a> {
     fair: &'a Fair,
     batch: &'a CurveBatch,
@@ -77,7 +77,7 @@ impl<'a> SplineStarts<'a> {
     /// The splines of a batch.
     ///
     /// # Errors
-    /// Constraints that no spline takes.
+    /// Constraints that splines do not support.
     pub fn new(fair: &'a Fair, batch: &'a CurveBatch) -> Result<Self> {
         let start = Natural { parametrisation: Parametrisation::ChordLength, ..Natural::default() };
         let halved = fair.surface.as_ref().and_then(|surface| Halved::of(batch, &**surface));
@@ -85,16 +85,16 @@ impl<'a> SplineStarts<'a> {
             Some(halved) => halved.batch.clone(),
             None => batch.with_points(batch.coords().to_vec(), batch.offsets().to_vec()),
         };
-        // In a surface a start has no given tangents, whether a neighbour is halved or not.
+        // On a surface the start ignores given tangents, whether a neighbour is halved or not.
         let points = if fair.surface.is_some() { points } else { points.with_constraints(end_tangents(batch))? };
         let (splines, reports) = start.fit_splines(&points, &Device::cpu())?;
         Ok(SplineStarts { fair, batch, halved, splines, reports })
     }
 
-    /// Brings a curve to vertices, or says why it cannot be fitted.
+    /// Prepares a curve, or returns why it cannot be fitted.
     ///
-    /// It starts from `own`, where that is given and goes through its pins. `kept` says whether it keeps its first and its
-    /// last point whatever the pins say.
+    /// The start is `own` if that is given and passes through the pins. `kept` says whether the
+    /// curve keeps its first and its last point regardless of the pins.
     pub fn prepare<const D: usize>(
         &self,
         i: usize,
@@ -129,7 +129,7 @@ pub(crate) fn set_up<const D: usize>(
     Ok((0..batch.len()).map(|i| starts.prepare(i, [false; 2], None)).collect())
 }
 
-/// Brings one curve of a batch to vertices on the spline through its points.
+/// Prepares one curve of a batch on the spline through its points.
 pub(super) fn set_up_on_spline<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,
@@ -141,7 +141,7 @@ pub(super) fn set_up_on_spline<const D: usize>(
     starts.prepare(0, kept, None)
 }
 
-/// Brings a curve of a batch to vertices on another curve through its points.
+/// Prepares one curve of a batch on another curve through its points.
 pub(super) fn set_up_on<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,
@@ -153,44 +153,44 @@ pub(super) fn set_up_on<const D: usize>(
 }
 
 impl<const D: usize> PreparedCurve<D> {
-    /// The vertices where a descent ended, in units of the input.
+    /// The vertices at the end of a descent, in units of the input.
     pub fn vertices_of(&self, outcome: &Outcome<D>) -> Vec<Vector<f64, D>> {
         let place = |(vertex, u): (&Vector<f64, D>, &Vector<f64, D>)| add(*vertex, scale(self.size, *u));
         self.vertices.iter().zip(&outcome.displacements).map(place).collect()
     }
 
-    /// Whether f32 has enough digits for its bending.
+    /// Whether f32 has enough digits for the bending of this curve.
     pub fn suits_f32(&self) -> bool {
         self.rows.windows(2).all(|pair| pair[1] - pair[0] <= MOST_EDGES_IN_F32)
     }
 
-    /// The row of a vertex by its number where short edges have one vertex instead of two.
+    /// The index of a vertex from its index in the output, where a short edge is a single vertex.
     pub fn row_of_drawn(&self, drawn: usize) -> usize {
         self.given.iter().fold(drawn, |row, own| if row > own.row { row + own.edges() } else { row })
     }
 
-    /// Tells the problem where its vertices lie at the start.
+    /// Sets the positions of the problem's vertices at the start.
     pub(super) fn place(&mut self) {
         let from = self.vertices[0];
         let place = |vertex: &Vector<f64, D>| scale(1.0 / self.size, subtract(*vertex, from));
         self.problem.places = self.vertices.iter().map(place).collect();
     }
 
-    /// Whether every data point that is pinned has its vertex.
+    /// Whether every pinned data point equals its vertex.
     fn goes_through_its_pins(&self, points: &[Vector<f64, D>]) -> bool {
         let count = self.vertices.len() as u32;
         let is_there = |&row: &u32| {
             let of_row = self.rows[..points.len()].iter().position(|&own| own % count == row);
-            // Others lie on a chord.
+            // Other pinned vertices lie on a chord.
             of_row.is_none_or(|k| points[k] == self.vertices[row as usize])
         };
         self.problem.pinned.iter().all(is_there)
     }
 }
 
-/// The tangents at the ends of open curves, of unit length.
+/// The given tangents at the ends of open curves, as unit vectors.
 ///
-/// Chord-length splines can have those.
+/// Chord-length splines support only these.
 fn end_tangents(batch: &CurveBatch) -> Constraints {
     let d = batch.dimension();
     let Some(given) = &batch.constraints().tangents else { return Constraints::default() };
@@ -234,7 +234,7 @@ fn ready<const D: usize>(
     let length: f64 = lengths.iter().sum();
     let curvature = mean_curvature(&base, &lengths, closed).max(LEAST_CURVATURE);
     let (mut weights, energy_unit) = normalised_weights(&fair.energy, size, curvature);
-    // Tension counts edges, and short ones do not count.
+    // Tension depends on the number of edges, and short ones do not count.
     let terms = weights.iter_mut().zip(fair.energy.terms());
     terms
         .filter(|(_, (_, own))| matches!(own, Functional::Tension(_)))
@@ -263,7 +263,8 @@ fn ready<const D: usize>(
     let highest = highest_weight(&fair.energy, &weights, length, curvature);
     let h = length / base.len() as f64;
     let (regularisation, power) = regularisation_of(order, order < 3 && fair.surface.is_none(), highest, h);
-    // Length alone lets vertices of attached curves run together. Pinned curves take one step.
+    // With length alone the vertices of attached curves would merge. Interpolating curves take one
+    // step.
     let has_regularisation = order > 1 || (order == 1 && fair.energy.attachment_weight() > 0.0);
     let chords: f64 = batch.chords(i).sum();
     let problem = Box::new(Problem {
@@ -293,17 +294,18 @@ fn ready<const D: usize>(
     Ok(ready)
 }
 
-/// The polygon that a curve starts from, in units of the input.
+/// The start polygon of a curve, in units of the input.
 struct StartPolygon<const D: usize> {
     vertices: Vec<Vector<f64, D>>,
-    /// The vertices of the data points, and of the first once more if it is closed.
+    /// The vertex indices of the data points, with the first point's once more if the curve is
+    /// closed.
     rows: Vec<u32>,
     given: Vec<Constrained<D>>,
-    /// The rows of spans that can only be straight.
+    /// The vertices inside spans that must be straight.
     straight: Vec<u32>,
 }
 
-/// Divides the start into edges, which meet its constraints.
+/// Divides the start into edges that satisfy the constraints.
 fn start_polygon<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,
@@ -337,15 +339,16 @@ fn start_polygon<const D: usize>(
     Ok(StartPolygon { vertices, rows, given, straight })
 }
 
-/// What holds the vertices of a curve at size 1.
+/// The pins and attachments of a curve at size 1.
 struct Held<const D: usize> {
-    /// The rows of vertices at which edges may differ in length: data points, and what is given.
+    /// The indices of the vertices at which edges may differ in length: data points and constrained
+    /// vertices.
     data: Vec<u32>,
     pinned: Vec<u32>,
     attached: Vec<Attached<D>>,
 }
 
-/// Pins and attaches the vertices of a curve of this size, whose energy has this unit.
+/// Pins and attaches the vertices of a curve, for its size and its unit of energy.
 fn held<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,
@@ -359,11 +362,11 @@ fn held<const D: usize>(
     let invalid =
         |k: usize, what: &str| Err(Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, k, what) });
     let count = vertices.len() as u32;
-    // The last points of a closed curve may repeat its first.
+    // The last points of a closed curve may repeat the first.
     let mut data: Vec<u32> = rows[..points.len()].iter().map(|&row| row % count).collect();
     let given_rows = given.iter().flat_map(Constrained::rows).map(|row| row as u32 % count);
     let fixed: Vec<u32> = given_rows.chain(straight.iter().copied()).collect();
-    // A constraint at a point pins the point.
+    // A constraint at a point pins it.
     let of_points = (0..points.len()).filter(is_pinned).map(|k| data[k]);
     let pinned = increasing(of_points.chain(fixed.iter().copied()).collect());
     let point_of = |row: u32| rows[..points.len()].partition_point(|&own| own <= row).saturating_sub(1);
@@ -384,16 +387,17 @@ fn held<const D: usize>(
         if !batch.is_closed(i) {
             return invalid(0, "nothing holds an open curve in its surface: pin its ends, or attach it");
         }
-        // It goes through none of its points, and all its edges are equal.
+        // It need not pass through its points, and all its edges are equal.
         data.truncate(1);
     }
     data.extend(fixed);
     Ok(Held { data: increasing(data), pinned, attached })
 }
 
-/// Lays the vertices of spans that can only be straight on their chords, between points that stay and ask for nothing else.
+/// Moves the vertices of spans that must be straight onto their chords, if both ends are pinned and
+/// have no constraints.
 ///
-/// Returns their rows.
+/// Returns the indices of the vertices.
 fn lay_straight<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,
@@ -421,16 +425,17 @@ fn lay_straight<const D: usize>(
     lined
 }
 
-/// Rows in order, each once.
+/// Sorts indices and removes duplicates.
 fn increasing(mut rows: Vec<u32>) -> Vec<u32> {
     rows.sort_unstable();
     rows.dedup();
     rows
 }
 
-/// Holds a vertex at a data point with a spring, or with the sum of the springs of its points.
+/// Attaches a vertex to a data point by a spring. Springs of several points at one vertex add up.
 fn attach<const D: usize>(targets: &mut Vec<Attached<D>>, row: u32, weight: f64, at: Vector<f64, D>) {
-    // Points of one vertex follow each other, but for the last ones of a closed curve, which may repeat its first.
+    // The points of one vertex are consecutive. Only the last points of a closed curve may repeat
+    // its first.
     let first = targets.first().is_some_and(|target| target.row == row);
     let same = if first { targets.first_mut() } else { targets.last_mut() };
     match same.filter(|target| target.row == row) {
@@ -439,9 +444,10 @@ fn attach<const D: usize>(targets: &mut Vec<Attached<D>>, row: u32, weight: f64,
     }
 }
 
-/// The weight of the regularisation of an order for edges of length h, and the power of h/h_s in the factor of a span.
+/// The weight of the regularisation of an order for edges of length h, and the power of h/h_s in
+/// the factor of a span.
 ///
-/// The regularisation of ratios, of orders 1 and 2, has no unit of length.
+/// The regularisation of ratios, for orders 1 and 2, has no unit of length.
 fn regularisation_of(order: usize, is_of_ratios: bool, highest: f64, h: f64) -> (f64, f64) {
     let (of_h, of_ratio) = (1 - 2 * order as i32, order.max(2) as f64 - 0.5);
     let (of_h, of_ratio) = if is_of_ratios { (of_h + 2, of_ratio - 1.0) } else { (of_h, of_ratio) };
@@ -449,7 +455,7 @@ fn regularisation_of(order: usize, is_of_ratios: bool, highest: f64, h: f64) -> 
 }
 
 impl<const D: usize> Problem<D> {
-    /// Sets the regularisation of order 3 for the edges of the base, whose spans may have grown since it was set.
+    /// Resets the regularisation of order 3 for the edges of the base, whose spans may have grown.
     pub(super) fn reset_regularisation(&mut self) {
         let lengths: Vec<f64> = self.base.iter().map(|edge| dot(*edge, *edge).sqrt()).collect();
         let h = lengths.iter().sum::<f64>() / lengths.len() as f64;
@@ -458,7 +464,8 @@ impl<const D: usize> Problem<D> {
         self.free = free(&lengths, &self.data, self.closed, power);
     }
 
-    /// Makes the regularisation of ratios of order 2 that of differences, which is the same for the edges that it was set for.
+    /// Replaces the regularisation of ratios of order 2 by one of differences. Both have the same
+    /// stiffness for the edges that it was set for.
     pub(super) fn regularise_differences(&mut self) {
         let inverse = self.regularisation / (REGULARISATION * self.highest);
         self.regularisation *= inverse * inverse;
@@ -468,8 +475,8 @@ impl<const D: usize> Problem<D> {
 
 /// The factors of the regularisation at each vertex.
 ///
-/// They are (h/h_s)^power. h_s is the mean edge of the vertex's span, and h that of all edges. In
-/// every span the tangential stiffness then equals the normal stiffness. Factors are 0 at data
+/// They are (h/h_s)^power, with the mean edge h_s of the vertex's span and the mean h of all edges.
+/// In every span the tangential stiffness then equals the normal stiffness. Factors are 0 at data
 /// points.
 fn free(lengths: &[f64], data: &[u32], closed: bool, power: f64) -> Vec<f64> {
     let vertices = lengths.len() + usize::from(!closed);
@@ -480,7 +487,7 @@ fn free(lengths: &[f64], data: &[u32], closed: bool, power: f64) -> Vec<f64> {
     let h = mean(0..lengths.len());
     let mut free = vec![0.0; vertices];
     for (k, &from) in data.iter().enumerate() {
-        // The last span of a closed curve leads to its first data point.
+        // The last span of a closed curve ends at its first data point.
         let to = match data.get(k + 1) {
             Some(&next) => next as usize,
             None if closed => data[0] as usize + vertices,
@@ -492,10 +499,10 @@ fn free(lengths: &[f64], data: &[u32], closed: bool, power: f64) -> Vec<f64> {
     free
 }
 
-/// The weight of every term at size 1, and the unit that the weights are divided by.
+/// The weight of every term at size 1, and the unit that divides the weights.
 ///
-/// The highest order has weight 1. |κ|^ν weighs as much as κ² where |κ| is the given curvature, so
-/// that tolerances mean the same for every exponent.
+/// The highest order has weight 1. |κ|^ν weighs as much as κ² at the given curvature, so that
+/// tolerances mean the same for every exponent.
 fn normalised_weights(energy: &Energy, size: f64, curvature: f64) -> (Vec<f64>, f64) {
     let at_size_1 = |(weight, functional): &(f64, Functional)| weight * size.powf(functional.facts().degree());
     let order = energy.order();
@@ -504,11 +511,11 @@ fn normalised_weights(energy: &Energy, size: f64, curvature: f64) -> (Vec<f64>, 
     (energy.terms().iter().map(|term| at_size_1(term) / unit).collect(), unit)
 }
 
-/// The second derivative of the energy of highest order, per unit of the highest derivative
-/// squared.
+/// The second derivative of the energy's highest-order terms by the highest derivative of the
+/// curve.
 ///
-/// It is taken at a straight curve. For energies that stiffen with curvature, it is taken at the
-/// given one.
+/// It is taken at a straight curve, or at the given curvature for energies whose stiffness depends
+/// on it.
 fn highest_weight(energy: &Energy, weights: &[f64], length: f64, curvature: f64) -> f64 {
     let order = energy.order();
     let leading = weights.iter().zip(energy.terms()).filter(|(_, (_, functional))| functional.order() == order);
@@ -520,9 +527,9 @@ fn highest_weight(energy: &Energy, weights: &[f64], length: f64, curvature: f64)
         .sum()
 }
 
-/// The edge after which the curve turns back exactly.
+/// The index of the edge after which the curve turns back exactly.
 ///
-/// The curve is a saddle there. By symmetry no gradient leads off the line.
+/// Such a curve is a saddle. By symmetry no gradient leads off the line.
 fn fold<const D: usize>(base: &[Vector<f64, D>], lengths: &[f64], closed: bool) -> Option<usize> {
     let turns_back = |j: &usize| {
         let next = if j + 1 < base.len() { j + 1 } else { 0 };

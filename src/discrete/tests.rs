@@ -1,4 +1,5 @@
-//! What energies must be, below the public evaluation: Hessians, the regularisation, lanes, single precision.
+//! Tests of energies below the public evaluation: Hessians, the regularisation, lanes, single
+//! precision.
 
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -12,14 +13,14 @@ use super::limits::{LimitKind, Limits};
 use crate::linalg::scalar::{Vector, subtract};
 use crate::linalg::{Lanes, Real, Scalar};
 
-/// Value, gradient at every vertex, and dense Hessian of one curve.
+/// The value, the gradient at every vertex, and the dense Hessian for one curve.
 struct Found<T> {
     value: T,
     gradient: Vec<T>,
     hessian: Vec<T>,
 }
 
-/// All lanes' curves in one go; `None` is the regularisation.
+/// Evaluates the curves of all lanes at once. A functional of `None` stands for the regularisation.
 fn evaluate<S: Scalar, const D: usize>(
     closed: bool,
     curves: &[Vec<Vector<f64, D>>],
@@ -27,10 +28,10 @@ fn evaluate<S: Scalar, const D: usize>(
 ) -> Vec<Found<S::Number>> {
     let bases: Vec<Vec<Vector<f64, D>>> = curves.iter().map(|curve| edges_of(closed, curve)).collect();
     let bases: Vec<&[Vector<f64, D>]> = bases.iter().map(Vec::as_slice).collect();
-    // Every third vertex is a data point. In spans of short edges differences count more.
+    // Every third vertex is a data point. Differences weigh more in spans of short edges.
     let mut edges = Edges::<S, D>::new(closed, &bases, |_, v| [0.0, 1.5, 0.4][v % 3]);
     for (lane, curve) in curves.iter().enumerate() {
-        // Beyond every penalty: the second derivative of one jumps at its edge.
+        // Every penalty is active, since its second derivative jumps where it becomes active.
         let penalty =
             |slope: f64, v: usize| Penalty { slope: slope + 0.1 * (v % 3) as f64, reach: 40.0, stiffness: 0.02 };
         let slopes = [0.7, -0.4, 1.1, 0.9, -0.8, 0.6, 0.5];
@@ -68,7 +69,7 @@ fn edges_of<const D: usize>(closed: bool, curve: &[Vector<f64, D>]) -> Vec<Vecto
     (0..count).map(|j| subtract(curve[(j + 1) % curve.len()], curve[j])).collect()
 }
 
-/// A circle's arc, or circle, waved and shaken.
+/// An arc or a circle with waves and noise.
 fn curve<const D: usize>(closed: bool, count: usize, rng: &mut StdRng) -> Vec<Vector<f64, D>> {
     let turn = std::f64::consts::TAU * if closed { 1.0 } else { 0.7 } / count as f64;
     let at = |v: usize| [(turn * v as f64).cos(), (turn * v as f64).sin(), 0.5 * (2.0 * turn * v as f64).sin()];
@@ -76,7 +77,7 @@ fn curve<const D: usize>(closed: bool, count: usize, rng: &mut StdRng) -> Vec<Ve
     (0..count).map(|v| std::array::from_fn(|c| at(v)[c] + shake * rng.random_range(-0.5..0.5))).collect()
 }
 
-/// Every functional that has a term, the regularisation, and a user's.
+/// Every functional with a term, a user's functional, and the regularisation.
 fn functionals() -> Vec<Option<Functional>> {
     let named = Energy::NAMES.iter().filter_map(|name| Energy::named(name));
     let named = named.filter(|energy| energy.order() > 0 && !energy.is_geodesic());
@@ -90,8 +91,8 @@ fn functionals() -> Vec<Option<Functional>> {
     all.map(|energy| Some(energy.terms()[0].1.clone())).chain([None]).collect()
 }
 
-/// Σ over edges j ≤ k of (T_j·T_k)² Δs_j Δs_k² + Δs_k x·T_j, where the constant vector x makes it
-/// depend on direction.
+/// Σ over edges j ≤ k of (T_j·T_k)² Δs_j Δs_k² + Δs_k x·T_j. The constant vector x makes it depend
+/// on direction.
 fn mixed(edges: usize) -> Energy {
     Energy::custom("mixed", edges, f64::NAN, |t, s| {
         let x = |k: usize| 0.3 * t[k].x - 1.1 * t[k].y + 0.7 * t[k].z;
@@ -101,12 +102,12 @@ fn mixed(edges: usize) -> Energy {
     })
 }
 
-/// A formula of every operation.
+/// A formula with every operation.
 fn every_operation() -> Energy {
     Energy::custom("every_operation", 2, f64::NAN, |t, s| {
         let across = t[0].cross(t[1]);
         let quotient = (1.5 * s[0] / (s[1] + 0.1)).powf(1.7) - (s[0] * s[1]).sqrt();
-        // Each side of a case once, far from where they meet.
+        // Each branch occurs once, far from the boundary between the branches.
         let cases = (t[0].x + 2.0).if_positive(t[1].x * s[0], -t[1].y) + (t[0].x - 2.0).if_positive(s[0], s[1] * s[1]);
         let bounds = (s[0] + s[1]).max(s[1]) * (t[0].y - 2.0).abs().powf(3.0);
         quotient * (2.0 - across.length_squared()) + cases - bounds / (0.5 * t[1]).dot(t[1])
@@ -117,8 +118,8 @@ fn largest(numbers: &[f64]) -> f64 {
     numbers.iter().fold(0.0, |m, x| m.max(x.abs()))
 }
 
-/// Largest difference over the largest magnitude, or over 1 where all is smaller: rounding of
-/// energies of curves of size 1.
+/// The largest difference relative to the largest magnitude, or to 1 if all are smaller: the
+/// rounding of energies of curves of size 1.
 fn apart(found: &[f64], wanted: &[f64]) -> f64 {
     assert_eq!(found.len(), wanted.len());
     let differences: Vec<f64> = found.iter().zip(wanted).map(|(a, b)| a - b).collect();
@@ -154,7 +155,7 @@ fn derivatives_are_differences<const D: usize>(seed: u64) {
                 gradient.push(slope(&|found| found.value));
                 hessian.extend((0..found.gradient.len()).map(|entry| slope(&|found| found.gradient[entry])));
             }
-            // ε / step is 2e-12 at most, truncation below it.
+            // ε/step is at most 2e-12, and truncation is smaller.
             assert!(apart(&found.gradient, &gradient) < 1e-9, "{what}: gradient {}", apart(&found.gradient, &gradient));
             assert!(apart(&found.hessian, &hessian) < 1e-9, "{what}: Hessian {}", apart(&found.hessian, &hessian));
         }
@@ -197,8 +198,8 @@ fn a_curve_has_the_same_bits_alone_and_beside_others() {
 
 #[test]
 fn single_precision_differs_by_rounding() {
-    // Tangents carry ε, curvature vectors 2 ε/Δs, and every derivative takes another 1/Δs, as the
-    // numbers themselves do; the largest found is 7.8.
+    // Tangents have the error ε, curvature vectors 2 ε/Δs, and every derivative adds another 1/Δs,
+    // as do the numbers themselves. The largest error found is 7.8.
     const FACTOR: f64 = 16.0;
     let mut worst = 0.0f64;
     let mut rng = StdRng::seed_from_u64(5);
@@ -220,7 +221,7 @@ fn single_precision_differs_by_rounding() {
             }
         }
     }
-    // Not the same numbers twice.
+    // The two results must not be the same numbers.
     assert!(worst > 0.1, "{worst}");
     println!("largest difference {worst} ε");
 }
@@ -246,7 +247,7 @@ fn products_are_those_of_the_full_matrix() {
         let (dense, flat) = (dense::<_, 3>(closed, &hessian.lane(0)), x[..count].concat());
         let wanted: Vec<f64> =
             dense.chunks(3 * count).map(|row| row.iter().zip(&flat).map(|(h, x)| h * x).sum()).collect();
-        // Rows of tens of entries, added up in another order.
+        // Rows of tens of entries, summed in a different order.
         let difference = largest(&y[..count].concat().iter().zip(&wanted).map(|(a, b)| a - b).collect::<Vec<_>>());
         assert!(difference <= 1e-14 * largest(&dense), "closed {closed}, {count}: {difference}");
     }
@@ -256,7 +257,8 @@ fn products_are_those_of_the_full_matrix() {
 fn derivatives_of_regions_are_differences() {
     let penalty = RegionPenalty { stiffness: 3.0, ..RegionPenalty::NONE };
     let regions = [
-        // A half-space, a disc to stay within, one to stay out of, and a corridor at its side and at its end.
+        // A half-space, a disc to stay within, one to stay out of, and a corridor at its side and
+        // at its end.
         RegionPenalty { axis: [0.6, 0.8], plane: 2.0, ..penalty },
         RegionPenalty { foot: [1.0, 1.0], bend: 2.0, reach: -0.3, ..penalty },
         RegionPenalty { foot: [0.5, 0.1], bend: -2.0, reach: 0.9, ..penalty },

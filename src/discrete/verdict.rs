@@ -1,4 +1,4 @@
-//! The verdict on a curve: its report, with a sentence where it did not converge.
+//! Status, message and report of a curve after its descent.
 
 use super::curves::Vertices;
 use super::fair::Fair;
@@ -10,24 +10,26 @@ use crate::linalg::scalar::Vector;
 use crate::report::CurveReport;
 use crate::status::CurveStatus;
 
-/// A gradient that stays within this many times the tolerance is rounding.
+/// A stalled gradient within this factor of the tolerance is attributed to rounding.
 ///
-/// Above that the curve itself is the cause.
+/// Above it the curve itself is the cause.
 const ROUNDING_REACHES: f64 = 1e3;
 
-/// A curve that has not converged after this many iterations does not with ten times as many.
+/// A curve that has not converged after this many iterations does not converge with ten times as
+/// many.
 ///
 /// This was measured with borders of countries.
 const ENOUGH_ITERATIONS: u32 = 200;
 
-/// A curve this many times as long as its chord polygon has loops. One that has not converged is not shown then.
+/// A curve longer than this factor times its data polygon has loops. If it has not converged
+/// either, the result is the input.
 ///
-/// A half circle through two points is 1.57 times as long. No curve that converged was seen to
-/// pass 1.23 on its way.
+/// A half circle through two points is 1.57 times as long as its chord. No curve that converged was
+/// seen to exceed 1.23 on its way.
 const ASTRAY: f64 = 2.0;
 
 impl Fair {
-    /// The report of a curve, and its vertices unless it comes out as its input.
+    /// The report of a curve, and its vertices unless the result is its input.
     pub(super) fn report<const D: usize>(
         &self,
         batch: &CurveBatch,
@@ -48,7 +50,7 @@ impl Fair {
         let vertices = ready.vertices_of(outcome);
         let points = batch.points(i).as_chunks::<D>().0;
         let times = length(&vertices, ready.problem.closed) / length(points, ready.problem.closed);
-        // Attached curves keep to their points, and small rings may grow round.
+        // Attached curves stay near their points, and small rings may grow round.
         let loops = (times > ASTRAY && ready.problem.attached.is_empty()).then_some(times);
         if status == CurveStatus::NotConverged && loops.is_some() {
             let astray = format!(
@@ -76,7 +78,7 @@ impl Fair {
         (report, Some(Vertices::of(ready, vertices)))
     }
 
-    /// The status of a curve by the end of its descent, and what there is to say.
+    /// The status of a curve and its message, from the end of its descent.
     fn ended<const D: usize>(&self, ready: &PreparedCurve<D>, outcome: &Outcome<D>) -> (CurveStatus, Option<String>) {
         let (norm, iterations, tolerance) = (outcome.norm, outcome.iterations, ready.problem.tolerance);
         let (status, what) = match outcome.termination {
