@@ -1,49 +1,49 @@
-//! One planar segment with tension: least ∫(|κ|^ν + λ) ds between two points with given end
-//! tangents.
+//! [`TensionSegment`]: one planar segment under tension, of least ∫(|κ|^ν + λ) ds between two
+//! points with given end tangents.
 //!
 //! # The curves
 //!
-//! The length is free, ν > 1 and λ > 0. With ψ the tangent's angle from a fixed direction, every
-//! stationary curve has the first integral (ν − 1)|κ|^ν = F cos ψ + λ. Here it is written (ν −
-//! 1)|κ|^ν = λ − P·T, T the unit tangent and P = −F the pull on the second end,
-//! [`force`](TensionSegment::force), which is the gradient of the cost with respect to that end. As
-//! an arc is a function of the tangent's angle θ with radius of curvature ρ = ((ν − 1)/(λ −
-//! P·T))^{1/ν}, its displacement across P is elementary, and its displacement along P and its
-//! length are integrals of ρ, by Gauss rules good to 1e−12 of the arc's length.
+//! The length is free, ν > 1 and λ > 0. With the tangent's angle ψ from a fixed direction, every
+//! stationary curve has the first integral (ν − 1)|κ|^ν = F cos ψ + λ. It is written here as (ν −
+//! 1)|κ|^ν = λ − P·T, with the unit tangent T and the pull P = −F on the second end,
+//! [`force`](TensionSegment::force). P is the gradient of the cost with respect to that end. As a
+//! function of the tangent's angle θ, an arc has the radius of curvature ρ = ((ν − 1)/(λ −
+//! P·T))^{1/ν}. Its displacement across P is elementary. Its displacement along P and its length
+//! are integrals of ρ, computed by Gauss rules with errors of 1e−12 of the arc's length.
 //!
-//! * |P| < λ: the curvature is never 0, and the curve turns one way (orbit-like; P = 0 is the
+//! * |P| < λ: the curvature is never 0, and the curve turns one way (orbit-like; P = 0 gives the
 //!   circle).
-//! * |P| > λ: the curvature is 0 where the tangent is at acos(λ/|P|) to the pull; there may be an
+//! * |P| > λ: the curvature is 0 where the tangent is at acos(λ/|P|) to the pull. There may be an
 //!   inflection.
-//! * |P| = λ: the curvature falls to 0 as the tangent nears the pull. For ν ≤ 2 it never gets
-//!   there. **For ν > 2 it gets there within a finite length, and a straight piece of any length
-//!   fits in** along the pull: between two arcs that turn the same way or opposite ways, the
-//!   minimiser is then exactly straight in its middle, of
+//! * |P| = λ: the curvature falls to 0 as the tangent approaches the pull. For ν ≤ 2 it never
+//!   reaches 0. **For ν > 2 it reaches 0 within a finite length, and a straight piece of any length
+//!   fits in** along the pull. Between two arcs that turn the same way or opposite ways, the
+//!   minimiser is then exactly straight in its middle, over
 //!   [`flat_length`](TensionSegment::flat_length). This is not a rare case: every segment that does
 //!   not start and end along its chord has a flat piece once λ·chord^ν is large enough.
 //!
 //! # Which curve is returned
 //!
-//! The turning is b − a with the angles as given, in [−π, π] each, so that a segment may turn by
-//! up to a full turn. Among curves that turn one way only, the problem is convex in ρ(θ), so the
-//! stationary one, if there is one, is the cheapest; [`between`](TensionSegment::between) returns
-//! it. If there is none, the best of them would like to be straight at an end, and turning beyond
-//! that end is cheaper: the curve has one inflection, or a flat piece between opposite arcs, at an
-//! angle beyond both ends' angles. The one of least overshoot that is a local minimum in it is
-//! returned. For λ → 0 this is the tension-free segment where that exists. Where it does not, as
-//! for (150°, −20°) or (100°, −90°), the curve is a loop whose size is of order λ^{−1/ν} as λ → 0,
-//! most often one that turns beyond both ends, with two inflections.
+//! The total turn is b − a with the given angles, in [−π, π] each, so a segment may turn by up to a
+//! full turn. Among curves that turn one way only, the problem is convex in ρ(θ). A stationary one
+//! is therefore the cheapest, and [`between`](TensionSegment::between) returns it. If there is
+//! none, the best of these curves would be straight at an end, and turning beyond that end is
+//! cheaper: the curve has one inflection, or a flat piece between opposite arcs, at an angle beyond
+//! both end angles. The one of least overshoot that is a local minimum in the overshoot is
+//! returned. For λ → 0 this is the tension-free segment if that exists. If it does not, as for
+//! (150°, −20°) or (100°, −90°), the curve is a loop whose size is of order λ^{−1/ν} as λ → 0. Most
+//! often the loop turns beyond both ends, with two inflections.
 //!
-//! Such a loop is a local minimum beside the segment next to the chord for most pairs of angles,
-//! and under a weak tension it is the cheaper one, since without a bound on the length a large
-//! figure of eight with the same end tangents costs as little as one likes. `between` stays with
-//! the segment next to the chord where there is one; [`all_between`](TensionSegment::all_between)
-//! has both, the cheapest first.
+//! For most pairs of angles such a loop is a second local minimum besides the segment next to the
+//! chord. Under a weak tension the loop is the cheaper one: without a bound on the length, a large
+//! figure eight with the same end tangents has an arbitrarily small cost. `between` prefers the
+//! segment next to the chord if there is one. [`all_between`](TensionSegment::all_between) returns
+//! both, the cheapest first.
 //!
-//! Curves with more inflections, those that overshoot on the other side, and those with two
-//! inflections in the other order are left out. It is not proved that none of them is cheaper;
-//! minimising polygons of the same turning from 6000 random starts over 400 random segments found
-//! none that is cheaper than the first of `all_between`.
+//! Not considered are curves with more inflections, those that overshoot on the other side, and
+//! those with two inflections in the other order. It is not proved that none of them is cheaper.
+//! Minimising polygons of the same total turn from 6000 random starts over 400 random segments
+//! found none that is cheaper than the first of `all_between`.
 
 mod evaluate;
 mod hessian;
@@ -63,7 +63,7 @@ use sites::Tables;
 use solve::Solver;
 use std::f64::consts::PI;
 
-/// How far, in chords, a segment's arcs may miss its second point before it counts as not solved.
+/// The largest distance, in chords, by which a segment's arcs may miss its second point.
 const CLOSURE: f64 = 1e-9;
 
 /// An arc that turns one way, or a straight piece.
@@ -71,17 +71,18 @@ const CLOSURE: f64 = 1e-9;
 struct Piece {
     from: f64,
     to: f64,
-    /// Angle and sense from which the law's arguments are counted, and the two ends' arguments.
+    /// The angle and the sense in which the law's arguments are counted, and the arguments of both
+    /// ends.
     axis: f64,
     sense: f64,
     arguments: [f64; 2],
-    /// Arc length and point at which it starts.
+    /// The arc length and the point at which it starts.
     start: f64,
     point: [f64; 2],
     length: f64,
 }
 
-/// The curve of least ∫(|κ|^ν + λ) ds between two points with given end tangents, of free length.
+/// The curve of least ∫(|κ|^ν + λ) ds between two points with given end tangents and free length.
 ///
 /// ```
 /// use faircurve::scf::TensionSegment;
@@ -100,20 +101,20 @@ struct Piece {
 #[derive(Clone, Debug)]
 pub struct TensionSegment {
     chord: f64,
-    /// −1 where the solution is the mirror image of the segment.
+    /// −1 if the solution is the mirror image of the segment.
     mirror: f64,
     law: Law,
     shape: Shape,
-    /// Of the ends, mirrored.
+    /// The angles of the ends, mirrored.
     angles: [f64; 2],
-    /// On a chord of 1, mirrored.
+    /// The pieces on a chord of 1, mirrored.
     pieces: [Piece; 4],
     length: f64,
-    /// Where many sites are wanted.
+    /// Tables for many sites.
     tables: Option<Box<Tables>>,
 }
 
-/// Input on a chord of 1, mirrored so that a + b ≤ 0.
+/// The input on a chord of 1, mirrored so that a + b ≤ 0.
 struct Frame {
     chord: f64,
     mirror: f64,
@@ -136,7 +137,7 @@ impl Frame {
         Some(Self::of(chord, angles, Law::new(exponent, scaled)))
     }
 
-    /// The frame of input that is in its domain, with the law's tension on a chord of 1.
+    /// The frame of valid input, with the law's tension on a chord of 1.
     fn of(chord: f64, angles: [f64; 2], law: Law) -> Self {
         let mirror = if angles[0] + angles[1] > 0.0 { -1.0 } else { 1.0 };
         Self { chord, mirror, angles: angles.map(|angle| mirror * angle), law }
@@ -151,7 +152,7 @@ impl Frame {
     fn solved(&self) -> Option<TensionSegment> {
         let solver = self.solver();
         let found = solver.solve().and_then(|shape| self.segment(shape));
-        // Angles of very different sizes leave the roots no brackets.
+        // Angles of very different sizes leave no brackets for the roots.
         found.or_else(|| self.segment(solver.nearly_straight()?))
     }
 
@@ -175,21 +176,22 @@ impl Piece {
 }
 
 impl TensionSegment {
-    /// The segment over a chord of `chord_length` whose end tangents are at `angles` from the
-    /// chord, in radians, left positive, for ν = `exponent` and λ = `tension`.
+    /// The segment over a chord of length `chord_length`, for end tangents at `angles` from the
+    /// chord (in radians, positive to the left), ν = `exponent` and λ = `tension`.
     ///
-    /// `None` for input outside its domain: a chord that is not positive, angles outside [−π, π], ν ≤ 1, λ ≤ 0, or
-    /// anything not finite. Also `None` if the roots are beyond f64: λ·chord^ν under- or overflows, or the middle of a
-    /// segment with ν ≤ 2 is straighter than 1e−300, for ν = 2 from about chord·√λ = 700 on. Of 20,000 random segments
-    /// (ν in 1.2 … 20, λ·chord^ν in 1e−3 … 1e3) two have no solution, both weak tensions with ν < 1.35. A few symmetric
-    /// pairs (a, a) of large angles have none either, for ν ≤ 1.5 and λ·chord^ν ≤ 1e−3.
+    /// `None` for invalid input: a chord that is not positive, angles outside [−π, π], ν ≤ 1, λ ≤
+    /// 0, or a number that is not finite. Also `None` if the roots are beyond f64: λ·chord^ν under-
+    /// or overflows, or the middle of a segment with ν ≤ 2 is straighter than 1e−300, for ν = 2
+    /// from about chord·√λ = 700 on. Of 20,000 random segments (ν in 1.2 … 20, λ·chord^ν in 1e−3 …
+    /// 1e3) two have no solution, both with weak tensions and ν < 1.35. A few symmetric pairs (a,
+    /// a) of large angles have none either, for ν ≤ 1.5 and λ·chord^ν ≤ 1e−3.
     pub fn between(chord_length: f64, angles: [f64; 2], exponent: f64, tension: f64) -> Option<Self> {
         Frame::new(chord_length, angles, exponent, tension)?.solved()
     }
 
-    /// The stationary segments that are known, the cheapest first: the segment of
-    /// [`between`](Self::between), and the large loop with an inflection beyond either end if there is
-    /// one, which is cheaper under a weak tension. Empty if `between` is `None`.
+    /// The known stationary segments, the cheapest first: the segment of
+    /// [`between`](Self::between), and the large loop with an inflection beyond either end, if
+    /// there is one. The loop is cheaper under a weak tension. Empty if `between` is `None`.
     pub fn all_between(chord_length: f64, angles: [f64; 2], exponent: f64, tension: f64) -> Vec<Self> {
         let Some(frame) = Frame::new(chord_length, angles, exponent, tension) else { return Vec::new() };
         let mut segments: Vec<Self> =
@@ -224,7 +226,7 @@ impl TensionSegment {
                 nothing,
             ],
             Course::Around(lowest) => {
-                // Each half has its own inflection for an origin, where its argument is exactly 0.
+                // Each half has its own inflection as origin, where its argument is exactly 0.
                 let far = |angles, arguments| piece(angles, arguments, lowest, 1.0);
                 let (middle, half) = (0.5 * (lowest + axis), 0.5 * (axis - lowest));
                 if first <= last {
@@ -246,7 +248,7 @@ impl TensionSegment {
         }
     }
 
-    /// Gives the pieces their lengths and starts; the end of the last.
+    /// Sets the lengths and starts of the pieces, and returns the end of the last.
     fn place(&mut self) -> [f64; 2] {
         let (mut start, mut point) = (0.0, [0.0; 2]);
         for index in 0..self.pieces.len() {
@@ -272,7 +274,7 @@ impl TensionSegment {
         self.clone().place()
     }
 
-    /// Length and displacement of an arc between two of the law's arguments, on a chord of 1.
+    /// The length and displacement of an arc between two of the law's arguments, on a chord of 1.
     fn arc(&self, piece: Piece, from: f64, to: f64) -> [f64; 3] {
         let [length, along, across] = self.law.arc(self.shape.pull, from.min(to), from.max(to));
         let across = piece.sense * across;
@@ -292,24 +294,24 @@ impl TensionSegment {
         (nu * tension * self.length - self.pull()[0]) / (nu - 1.0) * self.chord.powf(1.0 - nu)
     }
 
-    /// Of the chord.
+    /// The length of the chord.
     pub(crate) fn chord(&self) -> f64 {
         self.chord
     }
 
-    /// Arc length.
+    /// The arc length.
     pub fn length(&self) -> f64 {
         self.chord * self.length
     }
 
-    /// The first and the last piece that turn, if any does.
+    /// The first and the last curved piece, if there is any.
     fn ends(&self) -> Option<[Piece; 2]> {
         let mut turning = self.pieces.iter().filter(|piece| !piece.is_straight());
         let first = *turning.next()?;
         Some([first, *turning.next_back().unwrap_or(&first)])
     }
 
-    /// Curvatures at the two ends, positive where the curve turns left.
+    /// The curvatures at both ends, positive to the left.
     pub fn curvatures(&self) -> [f64; 2] {
         let Some([first, last]) = self.ends() else { return [0.0; 2] };
         [(first, first.arguments[0]), (last, last.arguments[1])].map(|(piece, argument)| {
@@ -318,34 +320,35 @@ impl TensionSegment {
         })
     }
 
-    /// |κ|^(ν−1) sgn κ at the two ends, so that ∂cost/∂a = −ν·M₀ and ∂cost/∂b = ν·M₁.
+    /// The moments |κ|^(ν−1) sgn κ at both ends: ∂cost/∂a = −ν·M₀ and ∂cost/∂b = ν·M₁.
     pub fn moments(&self) -> [f64; 2] {
         self.curvatures().map(|curvature| curvature.abs().powf(self.law.nu - 1.0).copysign(curvature))
     }
 
-    /// The pull P on the second end: the gradient of the cost with respect to the second point, the
-    /// tangents kept. The first integral is (ν − 1)|κ|^ν = λ − P·T.
+    /// The pull P on the second end: the gradient of the cost with respect to the second point, for
+    /// fixed tangents. The first integral is (ν − 1)|κ|^ν = λ − P·T.
     pub fn force(&self) -> [f64; 2] {
         let [x, y] = self.pull();
         let scale = self.chord.powf(-self.law.nu);
         [scale * x, self.mirror * scale * y]
     }
 
-    /// Whether the curvature changes its sign, at a point or across a straight piece.
+    /// Whether the curvature changes sign, at a point or across a straight piece.
     pub fn has_inflection(&self) -> bool {
         let mut turning = self.pieces.iter().filter(|piece| !piece.is_straight()).map(|piece| piece.to > piece.from);
         let first = turning.next();
         turning.any(|left| Some(left) != first)
     }
 
-    /// Length of the exactly straight piece; 0 where there is none, and always for ν ≤ 2 but on a
-    /// straight segment.
+    /// The length of the exactly straight piece; 0 if there is none. For ν ≤ 2 only a straight
+    /// segment has one.
     pub fn flat_length(&self) -> f64 {
         self.chord * self.shape.flat
     }
 
-    /// Point, tangent and curvature at an arc length from the first point, held to 0 …
-    /// [`length`](Self::length). Newton's method on the arc's length to rounding: some microseconds.
+    /// The point, tangent and curvature at an arc length from the first point, clamped to 0 …
+    /// [`length`](Self::length). Newton's method on the arc's length takes some microseconds to
+    /// reach rounding.
     pub fn at(&self, arc_length: f64) -> Site {
         self.place_of(arc_length).0
     }

@@ -1,7 +1,8 @@
-// The cost of a segment under tension, with its first and second derivatives in its end angles. The segment is followed
-// from its shape at the last trial. What cannot be followed is asked of the host.
-// Twin: src/scf/tension/evaluate.rs. The CPU's code has no f32: nested roots, which alone tell kinds of shapes
-// apart, need f64, and tests hold this kernel in both precisions to the CPU in f64.
+// The cost of a segment under tension, with its first and second derivatives by its end angles. The
+// segment is followed from its shape at the last trial. If this fails the kernel asks the host.
+// Twin: src/scf/tension/evaluate.rs
+// The CPU's code has no f32: nested roots, which alone distinguish kinds of shapes, need f64. Tests
+// compare this kernel in both precisions with the CPU in f64.
 
 //:include damping/verdict.wgsl
 //:include scf/tension/quadrature.wgsl
@@ -15,8 +16,8 @@ const FOLLOWED_ABOVE: u32 = 3u;
 const FOLLOWED_FREE_FLAT: u32 = 4u;
 const FOLLOWED_FREE_ABOVE: u32 = 5u;
 
-// No twin: the kind, its two unknowns, and 1 where the host has written into `found` what is found at the next
-// trial.
+// No twin: the kind, its two unknowns, and 1 if the host has written the evaluation of the next
+// trial into `found`.
 const SHAPE_KIND: u32 = 0u;
 const SHAPE_FIRST: u32 = 1u;
 const SHAPE_SECOND: u32 = 2u;
@@ -48,7 +49,7 @@ fn evaluation_of(index: u32, segment: Segment, a: real, b: real) -> Evaluation {
     if (kind == FOLLOWED_NOTHING || !(largest <= PI) || largest < STRAIGHT) {
         return asked();
     }
-    // Mirrored so that a + b ≤ 0, and where an end is free so that it is the upper one.
+    // Mirrored so that a + b ≤ 0, or so that a free end is the upper one.
     let is_free = ends != ENDS_DIRECTED;
     let given = select(a, b, ends == ENDS_FREE_START);
     let mirror = select(real(1), real(-1), select(a + b, given, is_free) > real(0));
@@ -65,7 +66,7 @@ fn evaluation_of(index: u32, segment: Segment, a: real, b: real) -> Evaluation {
     let pull = (real(1) - gap) * here.cosine - here.lift * here.sine;
     let cost = (law.nu * here.length - pull) / (law.nu - real(1));
     let low_by = -law.nu * mirror * bending(law, here.low, here.low.radius);
-    // Where the turn comes back to the upper end the curvature there is of the other sign.
+    // If the turn comes back to the upper end, the curvature there has the other sign.
     let back = select(-here.side, real(1), kind == FOLLOWED_BELOW);
     let radius = here.high.radius / select(real(1), here.scale, kind == FOLLOWED_ABOVE);
     let high_by = select(back * law.nu * mirror * bending(law, here.high, radius), real(0), is_free);
@@ -83,7 +84,7 @@ fn evaluation_of(index: u32, segment: Segment, a: real, b: real) -> Evaluation {
     return Evaluation(cost, high_by, low_by, high_high, both, hessian.low, real(1));
 }
 
-// Whether the host has found the segment at this trial. It says so once.
+// Whether the host has found the segment at this trial. Clears the mark.
 fn is_answered(index: u32) -> bool {
     let given = SHAPE_NUMBERS * index + SHAPE_GIVEN;
     let answered = shapes[given] > real(0);

@@ -1,4 +1,4 @@
-// Second derivatives of the cost in the angles of the ends. Needs solve/near.wgsl.
+// Second derivatives of the cost by the end angles. Needs solve/near.wgsl.
 // Twin: src/scf/tension/hessian.rs, which gives the formulas.
 
 const STRAIGHT: real = real(1e-7);
@@ -19,12 +19,13 @@ fn hessian_of(kind: u32, here: Near) -> Hessian {
     return hessian_above(here);
 }
 
-// (u − share v) of two vectors on the compliance whose diagonal they were divided by.
+// The product of two vectors with the inverse compliance. Both are divided by the roots of its
+// diagonal.
 fn product(share: real, u: Pair, v: Pair) -> real {
     return (u.u * v.u - share * (u.u * v.v + u.v * v.u) + u.v * v.v) / (real(1) - share * share);
 }
 
-// Between two angles, on a pull below the tension: no inflection.
+// Between two angles, with a pull below the tension: no inflection.
 fn hessian_below(here: Near) -> Hessian {
     let strength = real(1) - here.u;
     let scale = Pair(sqrt(here.right_u), sqrt(here.up_v));
@@ -53,7 +54,7 @@ fn hessian_flat(here: Near) -> Hessian {
     );
 }
 
-// One inflection, within, beyond the upper end or, where that is free, at it.
+// One inflection: inside, beyond the upper end or, if that is free, at it.
 fn hessian_above(here: Near) -> Hessian {
     let t = here.lift;
     let low = here.low;

@@ -1,10 +1,12 @@
 // Lengths and displacements of arcs under a pull, by Gauss rules on panels graded towards the
-// integrand's singularities. Needs trig.wgsl, linalg/power.wgsl and an array `exponents` of a block per exponent.
-// Twin: src/scf/tension/quadrature.rs, which gives the formulas. Lengths are in the unit in which λ is 1, so that f32
-// has the range for it: for ν = 20 it is up to 1e45 on a chord of 1.
+// integrand's singularities. Needs trig.wgsl, linalg/power.wgsl and an array `exponents` with a
+// block per exponent.
+// Twin: src/scf/tension/quadrature.rs, which gives the formulas.
+// Lengths are in the unit in which λ is 1, for which f32 has enough range: for ν = 20, λ is up to
+// 1e45 on a chord of 1.
 
-// No twin: the host writes a block in this order: ν, q, 1/q, 1/ν, and of each rule 16 pairs of a node and
-// a weight.
+// No twin: the host writes a block in this order: ν, q, 1/q, 1/ν, and of each rule 16 pairs of a
+// node and a weight.
 const LAW_NU: u32 = 0u;
 const LAW_Q: u32 = 1u;
 const LAW_INVERSE_Q: u32 = 2u;
@@ -17,8 +19,8 @@ const LAW_NUMBERS: u32 = 100u;
 const POINTS: u32 = 16u;
 const ELLIPSE: real = real(3.2);
 
-// No twin: panels of an arc at most. The host integrates over more, and llvmpipe ends a thread's loops after
-// 65,535 turns all told.
+// No twin: the most panels of an arc. The host may use more, and llvmpipe ends a thread's loops
+// after 65,535 turns in total.
 const MOST_PANELS: u32 = 64u;
 
 struct Law {
@@ -26,7 +28,7 @@ struct Law {
     q: real,
     inverse_q: real,
     inverse_nu: real,
-    // Where its rules stand.
+    // The position of its block.
     at: u32,
 }
 
@@ -43,9 +45,9 @@ struct Pull {
     hold: real,
     // t above the tension, else 0.
     lift: real,
-    // The angle of an inflection from the pull; 0 where there is none.
+    // The angle of an inflection from the pull; 0 if there is none.
     opening: real,
-    // Of the zeros of f, their distance from the real axis.
+    // The distance of the zeros of f from the real axis.
     height: real,
     // The rule at a zero of f.
     rule: u32,
@@ -53,7 +55,7 @@ struct Pull {
 
 // |P| = λ(1 − gap)
 fn pull_below(gap: real) -> Pull {
-    // tanh ≤ 1: never above the distance itself, 2 artanh √(ε/(2 − ε)).
+    // Since tanh ≤ 1, never above the true distance 2 artanh √(ε/(2 − ε)).
     let height = real(2) * sqrt(gap / (real(2) - gap));
     return Pull(gap, real(1) - gap, real(0), real(0), height, LAW_LEGENDRE);
 }
@@ -67,25 +69,25 @@ fn pull_above(t: real) -> Pull {
     return Pull(real(0), real(1), t, first_quadrant_angle(t, real(1)), real(0), LAW_INFLECTION);
 }
 
-// f of the sine and the cosine of x/2, 0 ≤ x above the tension.
+// f from the sine and the cosine of x/2; 0 ≤ x above the tension.
 fn excess_at_half(pull: Pull, half: SineCosine) -> real {
     let sine = abs(half.sine);
     return larger(pull.level + real(2) * sine * (pull.hold * sine + pull.lift * half.cosine), real(0));
 }
 
-// |κ| where f is this.
+// |κ| for this f.
 fn bent(law: Law, excess: real) -> real {
     let x = excess / (law.nu - real(1));
     if (law.nu == real(2)) {
         return sqrt(x);
     }
-    // What is raised to a power is 1 at most: `power` takes nothing beyond the range of f32.
+    // The base of the power is at most 1: `power` does not support values beyond the range of f32.
     let is_large = x > real(1);
     let root = power(select(x, real(1) / x, is_large), law.inverse_nu);
     return select(root, real(1) / root, is_large);
 }
 
-// Of ρ: ∫1, ∫cos x, ∫sin x; of ρ/(νf): ∫cos² x, ∫cos x sin x, ∫sin² x.
+// Integrals with the weight ρ: ∫1, ∫cos x, ∫sin x; and with ρ/(νf): ∫cos² x, ∫cos x sin x, ∫sin² x.
 struct Integrals {
     length: real,
     along: real,
@@ -93,11 +95,11 @@ struct Integrals {
     cosine_cosine: real,
     cosine_sine: real,
     sine_sine: real,
-    // Whether the panels were enough.
+    // Whether there were enough panels.
     whole: bool,
 }
 
-// Over `first … last`, 0 ≤ first.
+// The integrals over `first … last`, 0 ≤ first.
 fn integrals(law: Law, pull: Pull, first: real, last: real) -> Integrals {
     var sums = Integrals(real(0), real(0), real(0), real(0), real(0), real(0), true);
     var start = first;
@@ -111,7 +113,7 @@ fn integrals(law: Law, pull: Pull, first: real, last: real) -> Integrals {
         var offset = real(0);
         var distance = real(0);
 //:unroll k 0..3
-        // Real parts of the zeros of f: 0, −2o and 2π − 2o.
+        // The real parts of the zeros of f: 0, −2o and 2π − 2o.
 //:if $k == 0
         offset = -start;
 //:end
@@ -125,7 +127,7 @@ fn integrals(law: Law, pull: Pull, first: real, last: real) -> Integrals {
         if (distance == real(0)) {
             rule = pull.rule;
         } else {
-            // The ellipse with foci at the panel's ends goes through the zero.
+            // The ellipse with foci at the panel's ends passes through the zero.
             length = smaller(
                 (ELLIPSE * distance - real(2) * offset) / (real(0.25) * ELLIPSE * ELLIPSE - real(1)),
                 length,

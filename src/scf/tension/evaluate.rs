@@ -1,5 +1,5 @@
-//! Segments for a search of the directions: cost, gradient and Hessian of many with the same
-//! exponent.
+//! Evaluates segments under tension for a search of the directions: cost, gradient and Hessian of
+//! many segments with the same exponent.
 
 use super::hessian::STRAIGHT;
 use super::quadrature::{Law, Pull};
@@ -9,7 +9,7 @@ use super::{Frame, PI, TensionSegment};
 use crate::scf::evaluation::Evaluation;
 use crate::scf::problem::Ends;
 
-/// The rules of an exponent, computed once.
+/// The quadrature rules of an exponent, computed once.
 #[derive(Clone, Debug)]
 pub(crate) struct TensionLaw(Law);
 
@@ -22,13 +22,13 @@ impl TensionLaw {
         self.0.nu
     }
 
-    /// As kernels read it.
+    /// The numbers of the kernel's block.
     pub fn packed(&self) -> Vec<f64> {
         self.0.packed()
     }
 }
 
-/// The kinds of shapes that the kernel follows, by its numbers.
+/// The kinds of shapes that the kernel follows, by its codes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Followed {
     Nothing,
@@ -39,23 +39,23 @@ enum Followed {
     FreeAbove,
 }
 
-/// What was found of a span before; nothing at first.
+/// The last solution for a span, if any.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Near {
     shape: Option<Shape>,
-    /// At these angles.
+    /// The angles and the evaluation there.
     found: Option<([f64; 2], Evaluation<f64>)>,
 }
 
 impl Near {
-    /// The kind of what is known of a span, and its two unknowns, as the kernel follows them.
+    /// The kind of the known shape and its two unknowns, in the kernel's format.
     pub fn packed(&self, law: &TensionLaw, &TensionSpan { tension, ends, .. }: &TensionSpan) -> [f64; 3] {
         let nothing = (Followed::Nothing, 0.0, 0.0);
         let (kind, first, second) = self.shape.map_or(nothing, |shape| {
             let Shape { pull, axis, course, ends: [low, high], .. } = shape;
             match (pull, course, ends) {
                 (_, _, Ends::Straight) | (_, Course::Around(_), _) => nothing,
-                // For ν ≤ 2 only what is straight from end to end has a straight piece.
+                // For ν ≤ 2 only straight segments have a straight piece.
                 (Pull::Critical, ..) if law.0.nu <= 2.0 => nothing,
                 (Pull::Below(gap), _, Ends::Directed) => (Followed::Below, gap, axis),
                 (Pull::Critical, _, Ends::Directed) => (Followed::Flat, 0.0, axis),
@@ -84,7 +84,7 @@ pub(crate) struct TensionSpan {
 }
 
 impl TensionSpan {
-    /// Its chord in the unit in which λ is 1, and what a cost on a chord of 1 is divided by there.
+    /// Its chord in the unit in which λ is 1, and the unit of costs there for a chord of 1.
     pub fn units(&self, law: &TensionLaw) -> [f64; 2] {
         [self.tension.powf(1.0 / law.0.nu), self.tension.powf(law.0.q)]
     }
@@ -101,13 +101,14 @@ impl TensionSpan {
         self.segment_by(law, angles, None)
     }
 
-    /// The segment of the kind of one known and near it. If there is none, as [`segment`](Self::segment).
+    /// The segment of the same kind as a known one and near it. If there is none, as
+    /// [`segment`](Self::segment).
     pub fn segment_near(&self, law: &TensionLaw, angles: [f64; 2], known: &Near) -> Option<TensionSegment> {
         let near = known.shape.and_then(|shape| self.segment_by(law, angles, Some(&shape)));
         near.or_else(|| self.segment(law, angles))
     }
 
-    /// Whether the segment of the kind of one known is found near it.
+    /// Whether a segment of the same kind as a known one is found near it.
     #[cfg(test)]
     pub fn is_followed(&self, law: &TensionLaw, angles: [f64; 2], known: &Near) -> bool {
         known.shape.is_some_and(|shape| self.segment_by(law, angles, Some(&shape)).is_some())
@@ -126,7 +127,7 @@ impl TensionSpan {
             }
             Ends::FreeStart | Ends::FreeEnd => {
                 let (given, end) = if self.ends == Ends::FreeStart { (b, 0) } else { (a, 1) };
-                // Mirrored so that the free end's angle is the greater.
+                // Mirrored so that the free end has the greater angle.
                 let mut frame = self.frame(law, [given; 2])?;
                 let mut solver = frame.solver();
                 solver.low = -given.abs();
@@ -140,8 +141,8 @@ impl TensionSpan {
         }
     }
 
-    /// Cost and derivatives on a chord of 1, under the tension λ·chord^ν, looked for near what was
-    /// found before.
+    /// The cost and derivatives on a chord of 1, under the tension λ·chord^ν, near the last
+    /// solution if possible.
     pub fn evaluate(&self, law: &TensionLaw, angles: [f64; 2], known: &mut Near) -> Evaluation<f64> {
         if let Some((_, found)) = known.found.filter(|(before, _)| *before == angles) {
             return found;
@@ -177,7 +178,7 @@ impl TensionSpan {
 }
 
 impl TensionSegment {
-    /// Second derivatives on a chord of 1 in the two end angles: first, both, last.
+    /// The second derivatives on a chord of 1 by the end angles: first, both, last.
     pub(super) fn hessian(&self, ends: Ends) -> [f64; 3] {
         let [first, last] = self.angles;
         match ends {

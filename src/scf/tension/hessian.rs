@@ -1,25 +1,25 @@
-//! Second derivatives of the cost in the angles of the ends, by implicit differentiation of the
-//! closure of the chord.
+//! Second derivatives of the cost by the end angles, by implicit differentiation of the closure of
+//! the chord.
 //!
-//! An end where (ν − 1)|κ|^ν = f has ∂cost/∂angle = ±ν(f/(ν − 1))^q, whose change is ±ρ df. The
-//! change of f follows from that of the pull, and this from the condition that the arcs still close
-//! the chord. Where the curve passes an inflection, the unknowns are the logarithm of t, |P|² =
-//! λ² + t², and the overshoot in a scale in which the closure is smooth even where the inflection lies
-//! at the end itself; every integral keeps the weight of the radius of curvature. With a straight
-//! piece the pull is λ along it, the two arcs do not see each other, and the direction of the piece
-//! is the one unknown: everything is elementary.
+//! At an end with (ν − 1)|κ|^ν = f the first derivative is ±ν(f/(ν − 1))^q, and its change is ±ρ
+//! df. The change of f follows from the change of the pull, and that from the condition that the
+//! arcs still close the chord. If the curve passes an inflection, the unknowns are the logarithm of
+//! t, with |P|² = λ² + t², and the overshoot in a scale in which the closure is smooth even if the
+//! inflection lies at the end itself. Every integral keeps the weight of the radius of curvature.
+//! With a straight piece the pull is λ along it, and the two arcs do not affect each other. The
+//! direction of the piece is the only unknown, and everything is elementary.
 //!
-//! For ν > 2 second derivatives fall to 0 where an end's curvature does beside a straight piece, for
-//! ν < 2 they grow without bound where the whole segment is straight.
+//! For ν > 2 second derivatives fall to 0 as an end's curvature does next to a straight piece. For
+//! ν < 2 they grow without bound as the whole segment becomes straight.
 
 use super::quadrature::{Integrals, Law, Pull};
 use super::shape::{Course, Shape};
 
-/// Angles of a straight segment are taken to be this for its second derivatives: at 0 itself those
-/// of ν < 2 are infinite and those of ν > 2 are 0.
+/// The angles at which the second derivatives of a straight segment are taken. At 0 they are
+/// infinite for ν < 2 and 0 for ν > 2.
 pub(super) const STRAIGHT: f64 = 1e-7;
 
-/// The solutions of two linear equations `rows`·x = `right` for two right hand sides, scaled by
+/// The solutions of two linear equations `rows`·x = `right` for two right-hand sides, with scaled
 /// columns.
 pub(super) fn solve([[a, b], [c, d]]: [[f64; 2]; 2], right: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
     let scale = [a.abs().max(c.abs()), b.abs().max(d.abs())];
@@ -28,20 +28,21 @@ pub(super) fn solve([[a, b], [c, d]]: [[f64; 2]; 2], right: [[f64; 2]; 2]) -> [[
     right.map(|[e, f]| [(e * d - b * f) / determinant / scale[0], (a * f - e * c) / determinant / scale[1]])
 }
 
-/// The closure of the chord of a shape with one inflection.
+/// The closure of the chord for a shape with one inflection.
 ///
-/// `side` is 1 if the inflection lies inside, −1 if it lies beyond the upper end, 0 at a free upper end.
+/// `side` is 1 if the inflection lies inside, −1 if it lies beyond the upper end, and 0 if the
+/// upper end is free.
 pub(super) struct Inflected {
     /// The arcs from the inflection to the lower and to the upper end.
     pub far: Integrals<2>,
     pub near: Integrals<2>,
     /// The radius of curvature at the lower end.
     pub radius: f64,
-    /// |do/dv| of the overshoot o: with v both arcs' ends move smoothly through the inflection.
+    /// |do/dv| of the overshoot o. In v the ends of both arcs move smoothly through the inflection.
     pub scale: f64,
     /// The radius of curvature at the upper end, times `scale`; 0 if it is free.
     pub scaled_radius: f64,
-    /// Derivatives of the displacements along and across by ln t and v.
+    /// The derivatives of the displacements along and across by ln t and v.
     pub rows: [[f64; 2]; 2],
 }
 
@@ -66,7 +67,7 @@ impl Inflected {
 }
 
 impl Shape {
-    /// ∂²cost/∂low², ∂²/∂low∂high, ∂²/∂high² between ends at `low` and `high`.
+    /// ∂²cost/∂low², ∂²/∂low∂high and ∂²/∂high² for end angles `low` and `high`.
     pub(super) fn hessian(&self, law: &Law, low: f64, high: f64) -> [f64; 3] {
         match (self.pull, self.course) {
             (Pull::Below(_), _) => self.below(law),
@@ -76,7 +77,7 @@ impl Shape {
         }
     }
 
-    /// The same in the one angle of a segment whose upper end is free.
+    /// The second derivative by the only angle of a segment with a free upper end.
     pub(super) fn hessian_of_free(&self, law: &Law, low: f64) -> f64 {
         let long = self.ends[0].abs();
         let (sine, cosine) = long.sin_cos();
@@ -91,7 +92,7 @@ impl Shape {
         -radius * (t * sine * grown + (law.tension * sine + t * cosine) * (turned - 1.0))
     }
 
-    /// Between two angles, on a pull below the tension: no inflection.
+    /// Between two angles, with a pull below the tension: no inflection.
     fn below(&self, law: &Law) -> [f64; 3] {
         let [low, high] = self.ends;
         let [aa, ab, bb] = law.compliance(self.pull, low, high).changes;
@@ -101,7 +102,7 @@ impl Shape {
             let radius = 1.0 / law.curvature(self.pull, x);
             [radius * x.cos(), radius * x.sin()]
         });
-        // Scaled by the diagonal: near the critical pull the strength hardly yields.
+        // Scaled by the diagonal, because near the critical pull the strength hardly changes.
         let scale = [aa.sqrt(), bb.sqrt()];
         let share = ab / scale[0] / scale[1];
         let product = |u: [f64; 2], v: [f64; 2]| {
@@ -113,7 +114,8 @@ impl Shape {
 
     /// With a straight piece.
     fn flat(&self, law: &Law, low: f64, high: f64) -> [f64; 3] {
-        // ρ sin x at both ends, of the distances from the piece's angle; 0 where it is an end's own.
+        // ρ sin x at both ends, for the distances x from the piece's angle; 0 if an end has that
+        // angle.
         let [first, last] = self.ends.map(|x| {
             let x = x.abs();
             if x > 0.0 { x.sin() / law.curvature(self.pull, x) } else { 0.0 }
@@ -128,7 +130,7 @@ impl Shape {
         ]
     }
 
-    /// One inflection, `side` = 1 inside, −1 beyond the upper end.
+    /// One inflection: inside for `side` = 1, beyond the upper end for −1.
     fn above(&self, law: &Law, t: f64, side: f64) -> [f64; 3] {
         let ([long, short], omega, tension) = (self.ends, self.axis, law.tension);
         let (sine, cosine) = omega.sin_cos();
@@ -169,8 +171,8 @@ impl Shape {
         let moved = |x: f64| (x + opening).cos();
         let grown = along(at_lower) + along(at_upper) + 2.0 * (along(half) + radius(half) * opened);
         let (sine, cosine) = direction.sin_cos();
-        // Unknowns: ln t, and the upper inflection's angle; the lower one's follows it, and gains
-        // twice the opening.
+        // The unknowns are ln t and the upper inflection's angle. The lower one's follows it, and
+        // gains twice the opening.
         let rows = [
             [
                 grown - 2.0 * lower * moved(at_lower) * opened + sine * opened,

@@ -2,25 +2,24 @@
 //! integrand's singularities.
 //!
 //! The radius of curvature ρ = ((ν − 1)/f)^{1/ν} is singular where f = λ − P·T is zero: at an
-//! inflection as u^{−1/ν}, on the critical circle |P| = λ as χ^{−2/ν}. A panel that begins there
-//! has the Gauss–Jacobi rule of that weight. Every other panel is so short that the nearest
-//! singularity, real or complex, lies on or outside the Bernstein ellipse of radius 2.85, on which
-//! 16 points leave 2.85^{−32} = 3e−15. Panels grow by a factor of 4 away from a singularity, so
-//! that scales down to 1e−300 take hundreds of panels, not more.
+//! inflection as u^{−1/ν}, and on the critical circle |P| = λ as χ^{−2/ν}. A panel that begins
+//! there uses the Gauss–Jacobi rule of that weight. Every other panel is so short that the nearest
+//! singularity, real or complex, lies on or outside the Bernstein ellipse of radius 2.85, for which
+//! 16 points leave an error of 2.85^{−32} = 3e−15. Panels grow by a factor of 4 away from a
+//! singularity, so scales down to 1e−300 take only hundreds of panels.
 
 use std::sync::{Arc, LazyLock};
 
 const POINTS: usize = 16;
 
-/// Semi-axes of the ellipse, in halves of a panel: 2.85 + 1/2.85.
+/// The length of the ellipse's major axis, in half panels: 2.85 + 1/2.85.
 const ELLIPSE: f64 = 3.2;
 
-/// Nodes on (0, 1), and weights that already have the reciprocal of the rule's weight function in
-/// them.
+/// Nodes on (0, 1), and weights that include the reciprocal of the rule's weight function.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rule([(f64, f64); POINTS]);
 
-/// What a rule's node is to an integrand: of its angle x, ρ dx, and f.
+/// A rule's node for an integrand: the sine and cosine of its angle x, ρ dx, and f.
 struct Node {
     sine: f64,
     cosine: f64,
@@ -31,15 +30,16 @@ struct Node {
 /// Integrals over an arc.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Integrals<const N: usize> {
-    /// Length, and displacement along and across the axis.
+    /// The length, and the displacement along and across the axis.
     pub arc: [f64; 3],
-    /// Derivatives of the displacement.
+    /// The derivatives of the displacement.
     pub changes: [f64; N],
 }
 
 static LEGENDRE: LazyLock<Rule> = LazyLock::new(|| Rule::for_weight(0.0));
 
-/// The Jacobi polynomial P_n^{(0, β)} at z, the one of degree n − 1, and the derivative.
+/// The Jacobi polynomial P_n^{(0, β)} at z, the one of degree n − 1, and the derivative of the
+/// first.
 fn jacobi(beta: f64, z: f64) -> [f64; 3] {
     let (mut before, mut value) = (1.0, 0.5 * (z * (beta + 2.0) - beta));
     for degree in 2..=POINTS {
@@ -68,7 +68,7 @@ impl Rule {
         let mut rule = [(0.0, 0.0); POINTS];
         for index in 0..POINTS {
             let mut z = (std::f64::consts::PI * (index as f64 + 0.75) / (n + 0.5 * (beta + 1.0))).cos();
-            // The roots found are divided out, so that no two starts end in the same.
+            // Known roots are divided out, so that no two starts end in the same root.
             for _ in 0..100 {
                 let [value, _, derivative] = jacobi(beta, z);
                 let found: f64 = roots[..index].iter().map(|root| 1.0 / (z - root)).sum();
@@ -88,7 +88,7 @@ impl Rule {
     }
 }
 
-/// The pull |P| on both ends against the tension λ.
+/// The pull |P| on both ends, compared with the tension λ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Pull {
     /// |P| = λ(1 − ε): the curvature is never 0.
@@ -99,7 +99,7 @@ pub(super) enum Pull {
     Above(f64),
 }
 
-/// Exponent and tension, on a chord of 1.
+/// The exponent, and the tension on a chord of 1.
 #[derive(Clone, Debug)]
 pub(super) struct Law {
     pub nu: f64,
@@ -111,7 +111,7 @@ pub(super) struct Law {
     rules: Arc<Rules>,
 }
 
-/// Of the weights at an inflection and on the critical circle.
+/// The rules for the weights at an inflection and on the critical circle.
 #[derive(Debug)]
 struct Rules {
     inflection: Rule,
@@ -120,7 +120,7 @@ struct Rules {
 
 impl Law {
     pub(super) fn new(nu: f64, tension: f64) -> Self {
-        // For ν ≤ 2 no finite arc reaches the critical direction, and the second rule has no use.
+        // For ν ≤ 2 no finite arc reaches the critical direction, and the second rule is unused.
         let flat = if nu > 2.0 { -2.0 / nu } else { 0.0 };
         Self {
             nu,
@@ -131,7 +131,7 @@ impl Law {
         }
     }
 
-    /// The exponent and the rules as kernels read them: see `quadrature.wgsl`.
+    /// The exponent and the rules in the kernel's block: see `quadrature.wgsl`.
     pub(super) fn packed(&self) -> Vec<f64> {
         let rules = [&*LEGENDRE, &self.rules.inflection, &self.rules.flat];
         let nodes = rules.into_iter().flat_map(Rule::nodes).flat_map(|(node, weight)| [node, weight]);
@@ -152,18 +152,18 @@ impl Law {
         }
     }
 
-    /// The angle of an inflection from the pull; 0 where there is none.
+    /// The angle of an inflection from the pull; 0 if there is none.
     pub(super) fn opening(&self, pull: Pull) -> f64 {
         if let Pull::Above(t) = pull { t.atan2(self.tension) } else { 0.0 }
     }
 
-    /// f = λ − P·T, without cancellation: at the angle `x` from the pull, or, above the tension,
-    /// from the inflection.
+    /// f = λ − P·T without cancellation, at the angle `x` from the pull, or above the tension, from
+    /// the inflection.
     pub(super) fn excess(&self, pull: Pull, x: f64) -> f64 {
         self.excess_at_half(pull, (0.5 * x).sin_cos())
     }
 
-    /// The same of the sine and the cosine of x/2.
+    /// f from the sine and the cosine of x/2.
     fn excess_at_half(&self, pull: Pull, (sine, cosine): (f64, f64)) -> f64 {
         match pull {
             Pull::Below(gap) => self.tension * (gap + 2.0 * (1.0 - gap) * sine * sine),
@@ -172,24 +172,26 @@ impl Law {
         }
     }
 
-    /// |κ| at the same angle.
+    /// |κ| at the angle `x` of [`excess`](Self::excess).
     pub(super) fn curvature(&self, pull: Pull, x: f64) -> f64 {
         self.bent(self.excess(pull, x))
     }
 
-    /// |κ| where f is this.
+    /// |κ| for this f.
     fn bent(&self, excess: f64) -> f64 {
         (excess / (self.nu - 1.0)).powf(1.0 / self.nu)
     }
 
-    /// ∫ρ, ∫ρ cos x, ∫ρ sin x over `from … to` (from ≤ to), x as in [`excess`](Self::excess).
+    /// ∫ρ, ∫ρ cos x and ∫ρ sin x over `from … to` (from ≤ to), with x as in
+    /// [`excess`](Self::excess).
     pub(super) fn arc(&self, pull: Pull, from: f64, to: f64) -> [f64; 3] {
         self.integrals(pull, from, to, |_| []).arc
     }
 
-    /// The same with t ∂/∂t of the displacement over 0 … `to` above the tension, where |P|² = λ² + t².
+    /// The integrals of [`arc`](Self::arc) over 0 … `to` above the tension, with |P|² = λ² + t²,
+    /// and t ∂/∂t of the displacement.
     ///
-    /// t ∂ρ/∂t = −ρ t sin x/(νf) has no stronger singularity at the inflection than ρ.
+    /// t ∂ρ/∂t = −ρ t sin x/(νf) is no more singular at the inflection than ρ.
     pub(super) fn growth(&self, t: f64, to: f64) -> Integrals<2> {
         self.integrals(Pull::Above(t), 0.0, to, |Node { sine, cosine, radius, excess }| {
             let change = radius * t * sine / (self.nu * excess);
@@ -197,8 +199,8 @@ impl Law {
         })
     }
 
-    /// The same with the derivatives of the displacement in the pull, below the tension: ∫ρ T Tᵀ/(νf), along and along,
-    /// along and across, across and across.
+    /// The integrals of [`arc`](Self::arc), and the derivatives of the displacement by the pull,
+    /// below the tension: ∫ρ T Tᵀ/(νf), along and along, along and across, across and across.
     pub(super) fn compliance(&self, pull: Pull, from: f64, to: f64) -> Integrals<3> {
         self.integrals(pull, from, to, |Node { sine, cosine, radius, excess }| {
             let change = radius / (self.nu * excess);
@@ -228,10 +230,10 @@ impl Law {
         if from >= 0.0 {
             return ahead(from, to);
         }
-        // Before the axis the arc is the mirror image.
+        // Before the axis the arc is a mirror image.
         let mut left = ahead((-to).max(0.0), -from);
         left.arc[2] = -left.arc[2];
-        // Across and along is odd.
+        // The entry of across and along is odd.
         if let Some(odd) = left.changes.get_mut(1) {
             *odd = -*odd;
         }
@@ -248,10 +250,10 @@ impl Law {
     /// Visits the nodes of the rules over `from … to`, 0 ≤ from.
     fn panels(&self, pull: Pull, from: f64, to: f64, mut visit: impl FnMut(Node)) {
         let turn = std::f64::consts::TAU;
-        // Real and imaginary parts of the zeros of f.
+        // The real and imaginary parts of the zeros of f.
         let singular = match pull {
             Pull::Below(gap) => {
-                // tanh ≤ 1: never above the distance itself, 2 artanh √(ε/(2 − ε)).
+                // Since tanh ≤ 1, never above the true distance 2 artanh √(ε/(2 − ε)).
                 let height = 2.0 * (gap / (2.0 - gap)).sqrt();
                 [(0.0, height), (turn, height), (turn, height)]
             }
@@ -271,14 +273,14 @@ impl Law {
                 if distance == 0.0 {
                     rule = if matches!(pull, Pull::Critical) { &self.rules.flat } else { &self.rules.inflection };
                 } else {
-                    // The ellipse with foci at the panel's ends goes through the singularity.
+                    // The ellipse with foci at the panel's ends passes through the singularity.
                     let longest = (ELLIPSE * distance - 2.0 * offset) / (0.25 * ELLIPSE * ELLIPSE - 1.0);
                     length = length.min(longest);
                 }
             }
             let end = if start + length >= to { to } else { start + length };
             if end <= start {
-                // A singularity at `to` itself, closed in on until no panel is left.
+                // A singularity at `to` itself: panels have shrunk to nothing.
                 break;
             }
             length = end - start;

@@ -1,16 +1,16 @@
-//! Where a segment runs, by arc length.
+//! Points of a segment under tension, by arc length.
 
 use super::quadrature::{Law, Pull};
 use super::{Piece, Site, TensionSegment};
 
-/// Intervals of a table a piece. Newton's method takes two or three steps from a place interpolated
-/// in it.
+/// The intervals of a table per piece. From a value interpolated in it, Newton's method takes two
+/// or three steps.
 const INTERVALS: usize = 8;
 
-/// Steps of Newton's method at most; brackets catch what it misses.
+/// The most Newton steps. Brackets catch what they miss.
 const STEPS: usize = 60;
 
-/// The law's argument, length and point, in a chord of 1, at places of a piece.
+/// The law's argument, length and point (for a chord of 1) at a place of a piece.
 #[derive(Clone, Copy, Debug)]
 struct Node {
     argument: f64,
@@ -18,12 +18,12 @@ struct Node {
     point: [f64; 2],
 }
 
-/// Places of the four pieces.
+/// The nodes of the four pieces.
 #[derive(Clone, Debug)]
 pub(super) struct Tables([Vec<Node>; 4]);
 
-/// A scale of the law's arguments on which the length of an arc is about linear, however near to 0
-/// its curvature comes.
+/// A scale of the law's arguments in which the length of an arc is approximately linear, however
+/// near its curvature comes to 0.
 struct Scale {
     pull: Pull,
     power: f64,
@@ -58,7 +58,7 @@ impl Scale {
         }
     }
 
-    /// dx/dy at y, of which x is the argument.
+    /// dx/dy at y, for the argument x of y.
     fn slope(&self, x: f64, y: f64) -> f64 {
         let Scale { power, width, .. } = *self;
         match self.pull {
@@ -73,7 +73,7 @@ impl Scale {
 }
 
 impl TensionSegment {
-    /// Prepares for many sites.
+    /// Computes tables for many sites.
     pub(crate) fn tabulated(mut self) -> Self {
         let scale = Scale::new(&self.law, self.shape.pull);
         let table = |piece: Piece| {
@@ -98,7 +98,7 @@ impl TensionSegment {
         self
     }
 
-    /// The site at an arc length, and dκ/ds there; 0 where it is infinite.
+    /// The site at an arc length, and dκ/ds there, or 0 if that is infinite.
     pub(crate) fn place_of(&self, arc_length: f64) -> (Site, f64) {
         let target = (arc_length / self.chord).clamp(0.0, self.length);
         let index = self.pieces.iter().rposition(|piece| target >= piece.start && piece.length > 0.0).unwrap_or(0);
@@ -111,7 +111,7 @@ impl TensionSegment {
         }
         let nodes = self.tables.as_ref().map_or(&[][..], |tables| &tables.0[index]);
         let [from, to] = piece.arguments;
-        // Both ends, without rounding.
+        // Both ends are exact.
         if along <= 0.0 {
             return self.site_at(piece, from, piece.point);
         }
@@ -133,8 +133,8 @@ impl TensionSegment {
         self.site_at(piece, argument, [near.point[0] + x, near.point[1] + y])
     }
 
-    /// The law's argument at a length along a piece, between two places of it, and the displacement
-    /// from the first.
+    /// The law's argument at a length along a piece, between two of its nodes, and the displacement
+    /// from the first node.
     fn reach(&self, piece: Piece, near: Node, far: Node, along: f64) -> (f64, [f64; 2]) {
         let scale = Scale::new(&self.law, self.shape.pull);
         let [mut low, mut high] = [near, far].map(|node| (scale.of(node.argument), node.length));
@@ -156,7 +156,7 @@ impl TensionSegment {
             } else {
                 high.0 = y
             }
-            // Along the piece the argument rises or falls, the length rises.
+            // Along the piece the argument increases or decreases, while the length increases.
             let rate = scale.slope(argument, y) / self.law.curvature(self.shape.pull, argument);
             let next = y + (high.0 - low.0).signum() * left / rate;
             let inside = (next - low.0) * (next - high.0) < 0.0;
@@ -189,7 +189,7 @@ impl TensionSegment {
         }
     }
 
-    /// Largest |κ|: at an end of a piece, or where the tangent is against the pull.
+    /// The largest |κ|: at an end of a piece, or where the tangent is opposite to the pull.
     pub(crate) fn max_curvature(&self) -> f64 {
         let against = std::f64::consts::PI - self.law.opening(self.shape.pull);
         let of_piece = |piece: &Piece| {

@@ -1,15 +1,15 @@
-//! The pull that a pair of end angles on a chord of 1 takes: nested roots, each bracketed.
+//! [`Solver`]: finds the pull for a pair of end angles on a chord of 1, by nested bracketed roots.
 //!
-//! At a given shape of turning the problem is convex in the radius of curvature as a function of
-//! the tangent's angle: least ∫(ρ^{1−ν} + λρ) dθ under ∫ρT dθ = chord. Its dual is a concave
-//! function of the pull P, of which every root below is a derivative along a line or a circle; so
-//! the roots of a pair without inflection are the only ones. With an inflection at the angle ω
-//! there is one such problem for each ω, which allows a straight piece at the inflection; the cost
-//! falls with ω while that piece is longer than 0 and rises where it would be negative, so the
-//! curve wanted is the first ω, counted from the ends, at which the piece's length passes from
-//! above to below 0.
+//! For a given course of the tangent the problem is convex in the radius of curvature as a function
+//! of the tangent's angle: least ∫(ρ^{1−ν} + λρ) dθ subject to ∫ρT dθ = chord. Its dual is a
+//! concave function of the pull P, and every root below is one of its derivatives along a line or a
+//! circle. The roots of a pair without inflection are therefore unique. With an inflection at the
+//! angle ω there is one such problem for each ω, which allows a straight piece at the inflection.
+//! The cost falls with ω while that piece has positive length, and rises where the length would be
+//! negative. The solution is the first ω, counted from the ends, at which the length of the piece
+//! changes from positive to negative.
 //!
-//! Once a root is bracketed, Newton's method on both unknowns ([`near`]) takes over where it stays within
+//! Once a root is bracketed, Newton's method on both unknowns ([`near`]) is used if it stays within
 //! the bracket.
 
 mod convex;
@@ -42,7 +42,7 @@ pub(super) fn root(mut f: impl FnMut(f64) -> f64, (a, fa): (f64, f64), (b, fb): 
         (a, fa) = (x, fx);
         let (best, fbest) = if fa.abs() < fb.abs() { (a, fa) } else { (b, fb) };
         let smallest = (2.0 * f64::EPSILON * best.abs() + 0.5 * tolerance) / (b - a).abs();
-        // NaN where both ends are 0.
+        // NaN if both ends are 0.
         if fbest == 0.0 || smallest >= 0.5 || smallest.is_nan() {
             return best;
         }
@@ -58,7 +58,7 @@ pub(super) fn root(mut f: impl FnMut(f64) -> f64, (a, fa): (f64, f64), (b, fb): 
     a
 }
 
-/// Takes steps that double, from a place on, as long as the search `goes_on` with the value there.
+/// Takes steps of doubling size from a start, as long as `goes_on` holds for the value.
 ///
 /// Returns both ends of the last step. `None` if it leads beyond the limit.
 fn widened(
@@ -82,17 +82,17 @@ fn widened(
     }
 }
 
-/// Tolerance of a logarithm whose needs are wanted roughly.
+/// The tolerance of a logarithm in a rough evaluation.
 const ROUGHLY: f64 = 1e-3;
 
-/// A straight piece of this length, in chords, is not one of 0 that is known roughly: a pull's
-/// logarithm that is off by [`ROUGHLY`] moves it by 1e-3 of the arcs' length.
+/// A straight piece of this length, in chords, is certainly not of length 0 in a rough evaluation:
+/// an error of [`ROUGHLY`] in a pull's logarithm changes it by 1e-3 of the arcs' length.
 const CLEARLY: f64 = 0.1;
 
-/// Widest and tightest logarithm of a gap or of a pull over the tension that is searched.
+/// The largest absolute logarithm of a gap, or of a pull over the tension, that is searched.
 const DEEPEST: f64 = 690.0;
 
-/// What a curve that turns back at ω needs.
+/// The condition for a curve that turns back at ω.
 #[derive(Clone, Copy, Debug)]
 enum Balance {
     /// No pull above the tension: ω is too large.
@@ -100,8 +100,8 @@ enum Balance {
     /// The logarithm of the pull across the tangent at ω, and the length of the straight piece
     /// there that would close the chord.
     At(f64, f64),
-    /// A pull that would bend the far end back: the length of the straight piece at ω, where one at
-    /// the far end helps.
+    /// A pull that would bend the far end back. Holds the length of the straight piece at ω, if one
+    /// at the far end helps.
     Beyond(f64),
 }
 
@@ -132,12 +132,13 @@ impl Solver<'_> {
         if self.turns_back() { self.inflected().or_else(|| self.around()) } else { self.convex() }
     }
 
-    /// A straight piece about along the chord.
+    /// A segment that is straight approximately along the chord.
     pub(super) fn nearly_straight(&self) -> Option<Shape> {
         if self.law.nu > 2.0 { self.near_flat(0.0, false) } else { None }
     }
 
-    /// The same as [`solve`](Self::solve), and the loop between two inflections where it is another one.
+    /// The solution of [`solve`](Self::solve), and the loop between two inflections if that is a
+    /// different one.
     pub(super) fn all(&self) -> Vec<Shape> {
         let nearest = self.solve();
         let around =
@@ -145,7 +146,8 @@ impl Solver<'_> {
         nearest.into_iter().chain(around).collect()
     }
 
-    /// Displacement along and (negated) across the tangent at ω of the two arcs that meet there.
+    /// The displacement along and (negated) across the tangent at ω of the two arcs that meet
+    /// there.
     fn inflected_sums(&self, pull: Pull, overshoot: f64) -> [f64; 2] {
         let [_, along, across] = self.law.arc(pull, 0.0, overshoot);
         let [_, along_rest, across_rest] = self.law.arc(pull, overshoot, self.long(overshoot));
@@ -157,19 +159,20 @@ impl Solver<'_> {
         overshoot + (self.high - self.low)
     }
 
-    /// ∫ sin x ρ dx from 0 on the critical circle, elementary.
+    /// ∫ sin x ρ dx from 0 on the critical circle, which is elementary.
     fn critical_across(&self, x: f64) -> f64 {
         let law = self.law;
         law.factor * law.excess(Pull::Critical, x).powf(law.q) / (law.q * law.tension)
     }
 
-    /// What the critical pull leaves of the chord across the tangent at ω; the pull is above the
-    /// tension where negative.
+    /// The remainder of the chord across the tangent at ω for the critical pull. If it is negative,
+    /// the pull is above the tension.
     fn critical_excess(&self, overshoot: f64) -> f64 {
         (self.high + overshoot).sin() - self.critical_across(overshoot) - self.critical_across(self.long(overshoot))
     }
 
-    /// The needs at ω = high + overshoot, the logarithm of the pull to a tolerance, from a guess.
+    /// The [`Balance`] at ω = high + overshoot, with the pull's logarithm to a tolerance, from a
+    /// guess.
     fn balance(&self, overshoot: f64, guess: f64, tolerance: f64) -> Balance {
         let (omega, long) = (self.high + overshoot, self.long(overshoot));
         let wanted = omega.sin();
@@ -224,11 +227,11 @@ impl Solver<'_> {
         Balance::At(log, omega.cos() - sums(log)[0])
     }
 
-    /// The same by Newton's method on the logarithm, with which the displacement across falls, if that
-    /// gets there in some steps.
+    /// The same by Newton's method on the logarithm, in which the displacement across decreases.
+    /// `None` if it does not converge in a few steps.
     fn balance_near(&self, overshoot: f64, guess: f64, tolerance: f64) -> Option<Balance> {
         const STEPS: usize = 6;
-        // The next step would be of the order of its square.
+        // The next step would be of the order of the square of this.
         let last = tolerance.max(1e-8);
         let (sine, cosine) = (self.high + overshoot).sin_cos();
         let mut log = guess;
@@ -245,7 +248,7 @@ impl Solver<'_> {
         None
     }
 
-    /// The needs to rounding.
+    /// The [`Balance`] to rounding.
     fn exact(&self, (overshoot, near): (f64, Balance)) -> Balance {
         self.balance(overshoot, near.logarithm().unwrap_or(self.usual()), 1e-15)
     }
@@ -254,21 +257,21 @@ impl Solver<'_> {
         self.law.tension.max(1e-3).ln()
     }
 
-    /// Whether the best curve that turns by no more than b − a wants a straight piece at its upper
+    /// Whether the best curve that turns by at most b − a would have a straight piece at its upper
     /// end.
     fn turns_back(&self) -> bool {
         if self.high <= 0.0 || self.high == self.low {
             return true;
         }
         let rough = self.balance(0.0, self.usual(), ROUGHLY).sign();
-        // A piece longer than this is longer than 0.
+        // A longer piece certainly has positive length.
         let sign = if rough.abs() > CLEARLY { rough } else { self.exact((0.0, Balance::Slack)).sign() };
         sign > 0.0
     }
 
     fn inflected(&self) -> Option<Shape> {
         const STEP: f64 = 0.1;
-        // At a tangent below the chord no pull serves, however large.
+        // No pull, however large, suits a tangent below the chord.
         let start = (-self.high).max(0.0);
         let mut near = (
             start,
@@ -290,7 +293,7 @@ impl Solver<'_> {
         None
     }
 
-    /// The root between two overshoots, of which the first is too small and the second too large.
+    /// The root between two overshoots, the first too small and the second too large.
     fn refine(&self, near: (f64, Balance), far: (f64, Balance)) -> Option<Shape> {
         if let (Balance::At(_, missing), Balance::At(log, too_much)) = (near.1, far.1) {
             let guess = near.0 + (far.0 - near.0) * missing / (missing - too_much);
@@ -303,8 +306,8 @@ impl Solver<'_> {
         if near.1.logarithm().is_some() {
             near.1 = self.exact(near);
         }
-        // Near the critical pull ω no longer tells pulls apart; there the pull is the outer
-        // unknown, elsewhere ω.
+        // Near the critical pull ω does not distinguish pulls. There the pull is the outer unknown,
+        // elsewhere ω.
         let critical = self.law.tension.ln() - 5.0;
         for _ in 0..60 {
             if self.law.nu > 2.0
@@ -359,7 +362,7 @@ impl Solver<'_> {
         Shape { pull, axis, ends, course: Course::Through(axis), flat }
     }
 
-    /// Two arcs that turn opposite ways, and a straight piece between them.
+    /// Two arcs that turn opposite ways, with a straight piece between them.
     fn flat_s(&self, near: f64, far: f64) -> Option<Shape> {
         let f = |overshoot: f64| self.critical_excess(overshoot);
         if f(near) > 0.0 {

@@ -6,7 +6,7 @@ mod derivatives;
 mod minimum;
 mod near;
 
-/// ν log-uniform over 1.2 … 20, λ·chord^ν over 1e-3 … 1e3, angles up to ±170°, chord 1.
+/// ν log-uniform in 1.2 … 20, λ·chord^ν in 1e-3 … 1e3, angles up to ±170°, chord 1.
 fn random_input(rng: &mut StdRng) -> ([f64; 2], f64, f64) {
     let angles = [(); 2].map(|()| rng.random_range(-170.0..170.0f64).to_radians());
     let exponent = 1.2 * (20.0f64 / 1.2).powf(rng.random::<f64>());
@@ -62,7 +62,7 @@ fn without_tension_it_becomes_the_tension_free_segment() {
         if !row["exists"].as_bool().unwrap() {
             continue;
         }
-        // The cost is concave in λ with the length for a slope: what is left over is of order λ².
+        // The cost is concave in λ with the length as its slope: the remainder is of order λ².
         let scale = number("cost");
         let tension = 1e-7 * scale;
         let segment = solve(angles, nu, tension);
@@ -85,7 +85,7 @@ fn the_cost_has_the_moments_the_force_and_the_length_for_derivatives() {
         let cost = |chord: f64, a: f64, b: f64, tension: f64| {
             TensionSegment::between(chord, [a, b], nu, tension).unwrap().cost()
         };
-        // Differences of fourth order.
+        // Fourth-order differences.
         let slope = |at: &dyn Fn(f64) -> f64| {
             let [near, far] = [step, 2.0 * step].map(|step| (at(step) - at(-step)) / (2.0 * step));
             (4.0 * near - far) / 3.0
@@ -131,7 +131,7 @@ fn sites_lie_on_one_curve_with_the_tangents_the_curvatures_and_the_first_integra
             let left = (nu - 1.0) * site.curvature.abs().powf(nu);
             assert_near((left - (tension - along)) / (tension + px.hypot(py)), 0.0, 1e-12, &what);
         }
-        // Between two sites the mean tangent and the mean curvature are those of the ends, to the
+        // Between two sites the mean tangent and the mean curvature are those of the ends, to
         // second order.
         for index in 0..20 {
             let at = length * (index as f64 + 0.37) / 20.0;
@@ -156,7 +156,7 @@ fn the_ends_perpendicular_to_the_chord_make_the_free_elastica() {
     let tension: f64 = 1e-12;
     let segment = solve(degrees(90.0, -90.0), 2.0, tension);
     assert_near(segment.cost(), wanted["cost"].as_f64().unwrap(), 1e-10, "cost");
-    // Its ends have no curvature, which a tension gives them at the rate of its root.
+    // Its ends have no curvature. A tension gives them curvature in proportion to its square root.
     let shift = tension.sqrt();
     assert_near(segment.length(), wanted["length"].as_f64().unwrap(), shift, "length");
     let height = segment.at(0.5 * segment.length()).point[1];
@@ -181,7 +181,7 @@ fn turns_without_a_tension_free_minimiser_have_one_that_grows_as_the_tension_fal
     for (a, b) in [(150.0, -20.0), (100.0, -90.0), (120.0, 60.0), (-180.0, 0.0), (180.0, 170.0), (180.0, -180.0)] {
         for nu in [1.5, 2.0, 3.0, 8.0] {
             let [strong, weak] = [1e-6, 1e-9].map(|tension| solve(degrees(a, b), nu, tension));
-            // A loop of size λ^{−1/ν}, the chord nothing to it.
+            // A loop of size λ^{−1/ν}, compared with which the chord is negligible.
             let grown = 1e3f64.powf(1.0 / nu);
             let what = format!("({a}, {b}), nu {nu}");
             let tolerance = 20.0 / strong.length();
@@ -203,14 +203,15 @@ fn above_two_a_strong_tension_leaves_a_straight_piece_and_a_longer_chord_only_le
         let [px, py] = segment.force();
         assert_near(px.hypot(py), 3.0, 1e-12, &what);
         assert_eq!(segment.has_inflection(), a * b > 0.0, "{what}");
-        // The flat piece lies along the pull, and has no curvature; the arcs at its ends have.
+        // The flat piece lies along the pull and has no curvature. The arcs at its ends have
+        // curvature.
         let flat: Vec<Site> = (0..=2000)
             .map(|k| segment.at(segment.length() * k as f64 / 2000.0))
             .filter(|site| site.curvature == 0.0)
             .collect();
         assert_near(flat.len() as f64 / 2000.0, segment.flat_length() / segment.length(), 2e-3, &what);
         assert!(flat.iter().all(|site| (site.angle - py.atan2(px)).abs() < 1e-12), "{what}");
-        // The chord grows along the pull but for the arcs, which turn a little with it.
+        // The chord grows along the pull except for the arcs, which turn a little with it.
         let longer = TensionSegment::between(21.0, angles, nu, 3.0).unwrap();
         let [grown, dearer] = [longer.flat_length() - segment.flat_length(), longer.cost() - segment.cost()];
         assert_near(grown, 1.0, 0.1, &what);
@@ -222,7 +223,7 @@ fn above_two_a_strong_tension_leaves_a_straight_piece_and_a_longer_chord_only_le
     }
     let none = TensionSegment::between(20.0, degrees(50.0, 50.0), 2.0, 3.0).unwrap();
     assert_eq!(none.flat_length(), 0.0);
-    // Between two arcs of an elastica under tension the curvature falls as exp(−s√λ): to 2e−7 in
+    // Between two arcs of an elastica under tension the curvature falls as exp(−s√λ), to 2e−7 in
     // the middle.
     let middle = none.at(0.25 * none.length()).curvature.abs();
     assert!(middle > 1e-6 && middle < 1e-2, "{middle}");

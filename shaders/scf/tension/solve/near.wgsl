@@ -1,6 +1,7 @@
-// Shapes near one that is known, by Newton's method on the closure of the chord. Needs quadrature.wgsl.
-// Twin: src/scf/tension/solve/near.rs, which says why. All kinds share a loop, and both arcs of a shape the code
-// of one: drivers inline every call, and quadratures are long.
+// Shapes near a known one, by Newton's method on the closure of the chord. Needs quadrature.wgsl.
+// Twin: src/scf/tension/solve/near.rs, which gives the reasons.
+// All kinds share a loop, and both arcs of a shape share the code of one: drivers inline every
+// call, and quadratures are long.
 
 const STEPS: u32 = 12u;
 const ROUNDING: real = real(4.0);
@@ -18,8 +19,8 @@ const EPSILON: real = real(1.1920929e-7);
 // No twin: e.
 const EULER: real = real(2.718281828459045);
 
-// An end of a shape: of its argument x from the axis, sin x, cos x, f, and the radius of curvature. Beside an
-// inflection inside the radius is that of a scale in which it stays finite.
+// An end of a shape: its argument x from the axis, sin x, cos x, f, and the radius of curvature.
+// Next to an inflection inside, the radius is in a scale in which it stays finite.
 struct End {
     argument: real,
     sine: real,
@@ -31,20 +32,21 @@ struct End {
 // A shape that closes the chord.
 struct Near {
     found: bool,
-    // What is unknown: the gap or t, and the axis, its distance, or the power of the overshoot.
+    // The unknowns: the gap or t, and the axis, its distance, or the power of the overshoot.
     u: real,
     v: real,
     lift: real,
-    // The chord, across and along the axis.
+    // The chord across and along the axis.
     sine: real,
     cosine: real,
-    // Of the upper end: 1 where the turn comes back to it, −1 where it does not reach the axis, 0 where it is free.
+    // The upper end: 1 if the turn comes back to it, −1 if it does not reach the axis, 0 if it is
+    // free.
     side: real,
     length: real,
-    // The ends: of the lower and the upper angle.
+    // The ends at the lower and the upper angle.
     low: End,
     high: End,
-    // The closure's derivatives in the unknowns.
+    // The closure's derivatives by the unknowns.
     right_u: real,
     right_v: real,
     up_u: real,
@@ -60,7 +62,8 @@ struct Pair {
     v: real,
 }
 
-// The solution of (a b; c d) x = (e, f), scaled by columns. Twin: `solve` of src/scf/tension/hessian.rs.
+// The solution of (a b; c d) x = (e, f), with scaled columns.
+// Twin: src/scf/tension/hessian.rs, as `solve`.
 fn solved(here: Near, e: real, f: real) -> Pair {
     let first = larger(abs(here.right_u), abs(here.up_u));
     let second = larger(abs(here.right_v), abs(here.up_v));
@@ -77,7 +80,7 @@ fn shortened(step: Pair) -> Pair {
     return Pair(step.u / most, step.v / most);
 }
 
-// The shape of a kind on a chord between ends at `low` and `high`, from unknowns that are near its.
+// The shape of a kind on a chord between ends at `low` and `high`, from unknowns near the solution.
 fn near(law: Law, chord: real, kind: u32, low: real, high: real, u: real, v: real) -> Near {
     let is_below = kind == FOLLOWED_BELOW;
     let is_flat = kind == FOLLOWED_FLAT || kind == FOLLOWED_FREE_FLAT;
@@ -88,7 +91,7 @@ fn near(law: Law, chord: real, kind: u32, low: real, high: real, u: real, v: rea
     here.v = v;
     var before = real(1e30);
     for (var step = 0u; step < STEPS; step++) {
-        // Where the ends are from the axis: of an open shape between the two, else both to the same side.
+        // The ends' distances from the axis: signed without an inflection, otherwise both positive.
         var axis = here.v;
         var short = real(0);
         var first = low - axis;
@@ -124,7 +127,7 @@ fn near(law: Law, chord: real, kind: u32, low: real, high: real, u: real, v: rea
         here.cosine = chord * (half_axis.cosine - half_axis.sine) * (half_axis.cosine + half_axis.sine);
         var arcs: array<Integrals, 2>;
         var ends: array<End, 2>;
-        // Arcs begin at the axis where it lies between the ends or beyond, and are mirrored before it.
+        // Arcs begin at the axis if it lies between the ends or beyond, and are mirrored before it.
         let is_crossed = !is_below || (first < real(0) && last > real(0));
         let is_mirrored = is_below && first < real(0);
         for (var k = 0u; k < 2u; k++) {
@@ -147,7 +150,7 @@ fn near(law: Law, chord: real, kind: u32, low: real, high: real, u: real, v: rea
         }
         here.low = ends[0];
         here.high = ends[1];
-        // The second arc's part, which a shape that does not come back takes away.
+        // The second arc's sign: a shape that does not come back subtracts it.
         let part = select(here.side, real(1), is_below);
         let sign = select(real(1), real(-1), is_mirrored);
         let along = arcs[0].along + part * arcs[1].along;
@@ -177,7 +180,8 @@ fn near(law: Law, chord: real, kind: u32, low: real, high: real, u: real, v: rea
             return here;
         }
         if (missing <= ROUNDING * rounding || (missing <= SMALL * rounding && missing >= STUCK * before)) {
-            // Where the piece that would close the chord grows with the overshoot, it is a saddle.
+            // If the piece that would close the chord grows with the overshoot, the shape is a
+            // saddle.
             let minimum = here.right_u * here.up_v - here.right_v * here.up_u > real(0);
             let flat = here.cosine - arcs[0].along - arcs[1].along;
             here.found = select(minimum || kind != FOLLOWED_ABOVE || here.v <= real(0), flat >= real(0), is_flat);
@@ -196,7 +200,7 @@ fn near(law: Law, chord: real, kind: u32, low: real, high: real, u: real, v: rea
             let ahead = real(1) - here.u + move_by.u;
             let aside = move_by.v;
             if (here.u < real(0.1)) {
-                // Near the critical pull the gap's logarithm is what the length goes by.
+                // Near the critical pull the length depends on the logarithm of the gap.
                 let logarithm = shortened(Pair(-move_by.u / here.u, real(0))).u;
                 move_by = Pair(logarithm, shortened(Pair(real(0), aside / (real(1) - here.u))).v);
             } else {
@@ -221,7 +225,7 @@ fn near(law: Law, chord: real, kind: u32, low: real, high: real, u: real, v: rea
     return here;
 }
 
-// ρ sin x, 0 where an end is on the axis.
+// ρ sin x, 0 if the end is on the axis.
 fn moment(end: End) -> real {
     if (!(end.argument > real(0))) {
         return real(0);

@@ -1,11 +1,12 @@
-//! Curves that turn one way: the outer unknown is the strength of the pull, the inner one its
+//! Curves that turn one way. The outer unknown is the strength of the pull. The inner one is its
 //! direction, in which the displacement across the pull is elementary.
 
 use super::{Course, DEEPEST, PI, Pull, Shape, Solver, root, widened};
 
 impl Solver<'_> {
-    /// The direction of the pull at which the chord closes across it, for a curve without
-    /// inflection, as the law's arguments of the ends, and what is missing along it.
+    /// The direction of the pull for which the chord closes across the pull, for a curve without
+    /// inflection. Returns the law's arguments of the ends, and the remainder of the chord along
+    /// the pull.
     fn along_circle(&self, pull: Pull) -> ([f64; 2], f64) {
         let law = self.law;
         let (strength, opening) = (law.strength(pull), law.opening(pull));
@@ -55,8 +56,7 @@ impl Solver<'_> {
             let ends = [self.low - axis, self.high - axis];
             return Some(Shape { pull: Pull::Critical, axis, ends, course: Course::Through(axis), flat: missing });
         }
-        // Below the tension the unknown is the logarithm of the gap, above it that of the
-        // inflections' opening.
+        // Below the tension the unknown is the logarithm of the gap, above it the logarithm of t.
         let below = missing < 0.0;
         let least = self.law.tension.ln();
         let pull = |log: f64| if below { Pull::Below((-log).exp()) } else { Pull::Above(log.exp()) };
@@ -75,8 +75,8 @@ impl Solver<'_> {
         Some(Shape { pull, axis, ends, course: Course::Direct, flat: 0.0 })
     }
 
-    /// The curve from a pull that closes the chord across it alone. It is the only one, and found is
-    /// found.
+    /// The curve near a pull that closes the chord only across it. The curve is unique, so any one
+    /// found is the right one.
     fn convex_near(&self, pull: Pull) -> Option<Shape> {
         let (ends, _) = self.along_circle(pull);
         let shape = match pull {
@@ -87,20 +87,20 @@ impl Solver<'_> {
         shape.filter(|shape| shape.course == Course::Direct)
     }
 
-    /// What a circular arc, which takes no pull, leaves of the chord: 0 or more.
+    /// The remainder of the chord for a circular arc, which has no pull: 0 or more.
     fn missing_of_circle(&self) -> f64 {
         let [_, x, y] = self.law.arc(Pull::Below(1.0), self.low, self.high);
         (1.0 - x).hypot(y)
     }
 
-    /// The pull of a symmetric pair is along the chord: forwards if the circular arc is too short
-    /// for it.
+    /// The pull of a symmetric pair is along the chord, and forwards if the circular arc is too
+    /// short for it.
     fn symmetric_direction(&self) -> f64 {
         let circle = 2.0 * self.high.sin() * self.law.factor / self.law.tension.powf(1.0 / self.law.nu);
         if circle <= 1.0 { 0.0 } else { PI }
     }
 
-    /// The direction at the critical pull, without what is missing along it, which for ν ≤ 2 may be
+    /// The direction at the critical pull, without the remainder along it, which for ν ≤ 2 may be
     /// infinite.
     fn critical_direction(&self) -> f64 {
         let middle = 0.5 * (self.low + self.high);

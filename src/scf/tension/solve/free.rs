@@ -1,17 +1,17 @@
-//! Segments whose upper end is free: without moment there, they begin at an inflection, or run
-//! straight from it.
+//! Segments whose upper end is free. They have no moment there, so they begin with an inflection or
+//! a straight piece.
 
 use super::{Course, DEEPEST, Pull, Shape, Solver, root, widened};
 
-/// How finely the turning is searched for the first one that fits, in radians.
+/// The step of the search for the first turning that fits, in radians.
 const STEP: f64 = 0.1;
 
 impl Solver<'_> {
     /// The segment between the free end and the angle `low` ≤ 0 at the other.
     ///
-    /// Of the arcs that begin at an inflection under a given pull, all alike whatever the chord, one
-    /// turns until its end has the angle asked for from the chord; the pull follows from the
-    /// chord's length.
+    /// All arcs that begin at an inflection under a given pull are the same whatever the chord.
+    /// Such an arc turns until its end has the required angle from the chord. The pull then follows
+    /// from the chord's length.
     pub(crate) fn free(&self) -> Option<Shape> {
         if self.low == 0.0 {
             return Some(self.through(Pull::Critical, 0.0, 1.0));
@@ -49,8 +49,8 @@ impl Solver<'_> {
         }
     }
 
-    /// The turning from the inflection to an end at the angle asked for from the chord, and the
-    /// chord; none where the arc bends back first.
+    /// The turning from the inflection to an end at the required angle from the chord, and the
+    /// chord. `None` if the arc bends back first.
     fn turning_from_free(&self, pull: Pull) -> Option<(f64, f64)> {
         let most = 2.0 * (std::f64::consts::PI - self.law.opening(pull));
         let turned = |long: f64| {
@@ -77,11 +77,11 @@ impl Solver<'_> {
         }
     }
 
-    /// A straight piece from the free end, and an arc.
+    /// A straight piece from the free end, followed by an arc.
     fn flat_from_free(&self) -> Option<Shape> {
         let across = |long: f64| (self.low + long).sin() - self.critical_across(long);
         let mut near = (-self.low, across(-self.low));
-        // Beyond it the straight piece would lead backwards.
+        // Beyond this the straight piece would lead backwards.
         let last = 0.5 * std::f64::consts::PI - self.low;
         while near.0 < last {
             let long = (near.0 + STEP).min(last);

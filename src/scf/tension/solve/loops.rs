@@ -1,15 +1,16 @@
 //! Loops with an inflection beyond either end, between which the tangent turns from one inflection
-//! to the next.
+//! to the other.
 //!
-//! Between two inflections the tangent turns by 2π less twice the angle of an inflection from the
-//! pull, so that this angle, the pull's opening, is the outer unknown and the overshoot beyond the
-//! lower end the inner one.
+//! Between the inflections the tangent turns by 2π less twice the angle of an inflection from the
+//! pull. This angle, the pull's opening, is the outer unknown, and the overshoot beyond the lower
+//! end is the inner one.
 
 use super::{Course, DEEPEST, PI, Pull, Shape, Solver, root};
 
 impl Solver<'_> {
-    /// The loop with an inflection beyond either end: as the pull falls, what is missing along it
-    /// goes from above to below 0. (From below to above, at a larger pull, is a saddle.)
+    /// The loop with an inflection beyond either end: as the pull decreases, the remainder along it
+    /// changes from positive to negative. (The change from negative to positive, at a larger pull,
+    /// is a saddle.)
     pub(super) fn around(&self) -> Option<Shape> {
         const STEP: f64 = 0.05;
         let missing = |opening: f64| self.loop_of(opening).map(|(_, missing)| missing);
@@ -22,8 +23,8 @@ impl Solver<'_> {
                     return self.loop_between((before.0, above), (opening, below));
                 }
                 (None, Some(below)) if below <= 0.0 => {
-                    // It may begin between two steps, just where the lower end is itself an
-                    // inflection.
+                    // The positive part may begin between two steps, exactly where the lower end is
+                    // itself an inflection.
                     let (mut first, mut last) = (opening, before.0);
                     for _ in 0..50 {
                         let middle = 0.5 * (first + last);
@@ -51,9 +52,9 @@ impl Solver<'_> {
         self.loop_of(opening).map(|(lower, _)| self.loop_shape(opening, lower))
     }
 
-    /// The loop whose overshoot at the lower end is too small to be told from the pull's opening:
-    /// the overshoot's logarithm is the unknown, the opening follows, between two of which only the
-    /// first leaves an overshoot.
+    /// The loop whose overshoot at the lower end is too small to be distinguished from the pull's
+    /// opening. The unknown is the overshoot's logarithm. The opening follows, between two of which
+    /// only the first leaves an overshoot.
     fn loop_at_edge(&self, inside: f64, outside: f64) -> Option<Shape> {
         let (largest, below) = self.loop_of(inside)?;
         let opening = |lower: f64| {
@@ -82,7 +83,7 @@ impl Solver<'_> {
         self.low - self.high + 2.0 * (PI - opening)
     }
 
-    /// What closes the chord across the pull where it is 0, but for a factor.
+    /// A multiple of the remainder of the chord across the pull.
     fn loop_across(&self, opening: f64, lower: f64) -> f64 {
         let law = self.law;
         let pull = Pull::Above(law.tension * opening.tan());
@@ -91,7 +92,7 @@ impl Solver<'_> {
             + law.q * law.strength(pull) * (self.high + upper + opening).sin()
     }
 
-    /// What is missing along the pull.
+    /// The remainder of the chord along the pull.
     fn loop_missing(&self, opening: f64, lower: f64) -> f64 {
         let pull = Pull::Above(self.law.tension * opening.tan());
         let upper = self.overshoots(opening) - lower;
@@ -102,16 +103,16 @@ impl Solver<'_> {
         (self.high + upper + opening).cos() - along(upper) - along(lower) - 2.0 * along(PI - opening)
     }
 
-    /// The overshoot at the lower end with which a loop between two inflections closes the chord
-    /// across the pull, and what is then missing along it.
+    /// The overshoot at the lower end for which a loop between two inflections closes the chord
+    /// across the pull, and the remainder along it.
     fn loop_of(&self, opening: f64) -> Option<(f64, f64)> {
         let both = self.overshoots(opening);
         if both < 0.0 {
             return None;
         }
         let across = |lower: f64| self.loop_across(opening, lower);
-        // From equal overshoots to none at the lower end, or to a pull against the chord, where the
-        // sum is 0 or below.
+        // From equal overshoots to none at the lower end, or to a pull opposite to the chord, where
+        // the sum is 0 or below.
         let first = 0.5 * both;
         let against = both - (PI - opening - self.high);
         let last = against.max(0.0);

@@ -1,31 +1,32 @@
-//! Shapes near one that is known, by Newton's method on the closure of the chord: two unknowns, a
-//! quadrature per step, where the nested roots take dozens.
+//! Shapes near a known one, by Newton's method on the closure of the chord. It has two unknowns and
+//! one quadrature per step, where nested roots take dozens.
 //!
-//! The kind of the shape is kept: its unknowns are those of the second derivatives, in which the
-//! closure is smooth even where an inflection passes an end. What does not converge in some steps,
-//! leaves its kind, or is no minimum, is left to the nested roots.
+//! The kind of the shape is kept. Its unknowns are those of the second derivatives, in which the
+//! closure is smooth even as an inflection passes an end. If Newton's method does not converge in a
+//! few steps, leaves the kind, or does not find a minimum, nested roots take over.
 
 use super::{Course, Pull, Shape, Solver};
 use crate::scf::tension::hessian::{Inflected, solve};
 use crate::scf::tension::quadrature::{Integrals, Law};
 
-/// Steps of Newton's method at most.
+/// The most Newton steps.
 const STEPS: usize = 12;
 
-/// Least remainders of a closed chord, in units of rounding of the lengths that add up to it.
+/// The remainder at which a chord counts as closed, in units of the rounding of the lengths that
+/// add up to it.
 const ROUNDING: f64 = 4.0;
 
-/// A remainder that is no smaller than this part of the one before it is rounding, if it is small.
+/// A small remainder is rounding if it is at least this fraction of the previous one.
 const STUCK: f64 = 0.1;
 
 /// The largest remainder that may be rounding, in the same units.
 const SMALL: f64 = 256.0;
 
-/// The farthest a step changes logarithms, and angles.
+/// The largest changes of logarithms and of angles per step.
 const FARTHEST_LOGARITHM: f64 = 2.0;
 const FARTHEST_ANGLE: f64 = 0.5;
 
-/// Whether remainders of Newton's steps have come down to rounding.
+/// Detects when the remainders of Newton's steps have reached rounding.
 struct Closing {
     before: f64,
 }
@@ -39,12 +40,12 @@ impl Closing {
         let rounding = f64::EPSILON * size;
         let stuck = missing <= SMALL * rounding && missing >= STUCK * self.before;
         self.before = missing;
-        // Arcs that bend back are infinitely long.
+        // Arcs that bend back have infinite length.
         missing.is_finite() && (missing <= ROUNDING * rounding || stuck)
     }
 }
 
-/// A step of two unknowns, shortened to what is believed.
+/// A step of two unknowns, shortened to the largest changes.
 fn shortened([logarithm, angle]: [f64; 2]) -> [f64; 2] {
     let most = (logarithm.abs() / FARTHEST_LOGARITHM).max(angle.abs() / FARTHEST_ANGLE).max(1.0);
     [logarithm / most, angle / most]
@@ -56,12 +57,12 @@ pub(in crate::scf::tension) fn smoothed(law: &Law, overshoot: f64) -> f64 {
 }
 
 impl Solver<'_> {
-    /// The shape between these ends that is of the kind of another, and near it.
+    /// The shape for these end angles of the same kind as a known one, and near it.
     pub(in crate::scf::tension) fn near(&self, known: &Shape) -> Option<Shape> {
         match (known.pull, known.course) {
             _ if self.low == 0.0 && self.high == 0.0 => None,
             (Pull::Below(gap), Course::Direct) => self.near_convex(gap, known.axis),
-            // For ν ≤ 2 only what is straight from end to end has a straight piece.
+            // For ν ≤ 2 only straight segments have a straight piece.
             (Pull::Critical, Course::Through(axis)) if self.law.nu > 2.0 => self.near_flat(axis, false),
             (Pull::Above(t), Course::Direct) => self.near_inflected(t, -known.ends[1]),
             (Pull::Above(t), Course::Through(_)) => self.near_inflected(t, known.ends[1]),
@@ -79,7 +80,7 @@ impl Solver<'_> {
         }
     }
 
-    /// Without inflection, on a pull below the tension.
+    /// Without inflection, with a pull below the tension.
     pub(super) fn near_convex(&self, gap: f64, axis: f64) -> Option<Shape> {
         let (law, mut gap, mut axis) = (self.law, gap, axis);
         let mut closing = Closing::new();
@@ -97,7 +98,7 @@ impl Solver<'_> {
             // In units of the tension.
             let [right, up] = [right / law.tension, up / law.tension];
             if gap < 0.1 {
-                // Near the critical pull the gap's logarithm is what the length goes by.
+                // Near the critical pull the length depends on the logarithm of the gap.
                 axis += shortened([0.0, up / (1.0 - gap)])[1];
                 gap *= shortened([-right / gap, 0.0])[0].exp();
             } else {
@@ -112,8 +113,8 @@ impl Solver<'_> {
         None
     }
 
-    /// With a straight piece along an axis between the ends' angles or beyond the upper one, or along the free upper
-    /// end. The unknown is the axis, or its distance from the lower end.
+    /// With a straight piece along an axis between the end angles or beyond the upper one, or along
+    /// the free upper end. The unknown is the axis, or its distance from the lower end.
     pub(super) fn near_flat(&self, unknown: f64, is_free: bool) -> Option<Shape> {
         let (law, mut unknown) = (self.law, unknown);
         let mut closing = Closing::new();
@@ -142,8 +143,9 @@ impl Solver<'_> {
         None
     }
 
-    /// One inflection, within or beyond the upper end, or at that end if it is free. The unknowns are t, and the
-    /// overshoot (above 0 within) to the power in which it is smooth, or the distance of a free end from the lower one.
+    /// One inflection, inside or beyond the upper end, or at that end if it is free. The unknowns
+    /// are t, and the overshoot (positive inside) to the power in which it is smooth, or the
+    /// distance of a free end from the lower one.
     fn near_inflection(&self, mut t: f64, mut unknown: f64, is_free: bool) -> Option<Shape> {
         let law = self.law;
         let mut closing = Closing::new();
@@ -159,7 +161,7 @@ impl Solver<'_> {
             let right = cosine - far.arc[1] - side * near.arc[1];
             let up = sine - far.arc[2] - side * near.arc[2];
             if closing.is_done(right.hypot(up), (far.arc[0] + near.arc[0]).max(1.0)) {
-                // Where the piece that would close the chord grows with the overshoot, it is a
+                // If the piece that would close the chord grows with the overshoot, the shape is a
                 // saddle.
                 let minimum = rows[0][0] * rows[1][1] - rows[0][1] * rows[1][0] > 0.0;
                 return (minimum || unknown <= 0.0 || is_free).then_some(shape);
@@ -175,7 +177,7 @@ impl Solver<'_> {
         None
     }
 
-    /// One inflection, within (`overshoot` above 0) or beyond the upper end.
+    /// One inflection, inside (`overshoot` above 0) or beyond the upper end.
     pub(super) fn near_inflected(&self, t: f64, overshoot: f64) -> Option<Shape> {
         self.near_inflection(t, smoothed(self.law, overshoot), false)
     }

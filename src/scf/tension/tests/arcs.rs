@@ -1,4 +1,4 @@
-//! The quadrature of arcs against sums that know nothing of it.
+//! Tests of the quadrature of arcs against independent sums.
 
 use super::*;
 use crate::scf::tension::quadrature::{Law, Pull, Rule};
@@ -8,7 +8,7 @@ fn a_rule_integrates_its_weight_times_powers_exactly() {
     for beta in [0.0, -0.05, -0.5, -2.0 / 3.0, -0.8333, -0.9] {
         let rule = Rule::for_weight(beta);
         for degree in 0..32 {
-            // The rule's weights have x^β divided out.
+            // The rule's weights are divided by x^β.
             let got: f64 = rule.nodes().map(|(x, weight)| weight * x.powf(beta) * x.powi(degree)).sum();
             let wanted = 1.0 / (degree as f64 + beta + 1.0);
             assert_near(got / wanted, 1.0, 1e-12, &format!("x^{beta} x^{degree}"));
@@ -16,7 +16,7 @@ fn a_rule_integrates_its_weight_times_powers_exactly() {
     }
 }
 
-/// ∫ f over 0 … length by the double exponential rule, with the distance from 0 exact.
+/// ∫ f over 0 … length by the double exponential rule, with exact distances from 0.
 fn double_exponential(f: impl Fn(f64) -> f64, length: f64) -> f64 {
     let step = 1.0 / 128.0;
     (-900..=900)
@@ -44,8 +44,8 @@ fn arcs_are_good_to_twelve_digits_from_an_inflection_on_and_near_the_critical_pu
             for to in [1e-6, 0.02, 0.9, 2.5] {
                 let got = law.arc(pull, 0.0, to);
                 let radius = |x: f64| 1.0 / law.curvature(pull, x);
-                // Split where the scale of the curvature changes, which the reference does not look
-                // for.
+                // Split where the scale of the curvature changes, which the reference does not
+                // detect.
                 let scale = match pull {
                     Pull::Below(gap) => (2.0 * gap).sqrt(),
                     _ => 2.0 * law.opening(pull),

@@ -50,7 +50,7 @@ fn second_derivatives_are_those_of_the_moments() {
             .into_iter()
             .map(|(got, wanted)| (got - wanted).abs() / size)
             .fold(0.0, f64::max);
-        // A jump between two loops within the difference's steps is no derivative.
+        // A jump between two loops within the difference's steps is not a derivative.
         if kind == 5 && off > 1e-3 {
             jumps += 1;
             continue;
@@ -60,7 +60,8 @@ fn second_derivatives_are_those_of_the_moments() {
     }
     println!("{counts:?} {worst:?}, {jumps} jumps");
     assert!(counts.iter().all(|&count| count > 8), "{counts:?}");
-    // Steps of 1e-4 leave fourth-order differences good to some 1e-6 beside a singular end.
+    // With steps of 1e-4, fourth-order differences have errors of about 1e-6 next to a singular
+    // end.
     assert!(worst.iter().all(|&off| off < 1e-5) && jumps < 5, "{worst:?}, {jumps} jumps");
 }
 
@@ -74,7 +75,7 @@ fn a_free_end_has_no_moment_and_the_derivatives_are_those_of_the_cost() {
         let span = span(tension, Ends::FreeStart);
         let what = format!("{b}, nu {nu}, tension {tension}");
         let Some(segment) = span.segment(&law, [0.0, b]) else {
-            // Larger turns from a free end are loops, which need a tension that holds them.
+            // Larger turns from a free end are loops, which need a tension to hold them.
             assert!(b.abs() > 1.3, "{what}");
             continue;
         };
@@ -90,7 +91,7 @@ fn a_free_end_has_no_moment_and_the_derivatives_are_those_of_the_cost() {
         assert_near(segment.moments()[0] / segment.moments()[1], 0.0, 1e-9, &what);
         assert_near((cost - found.gradient[1]) / (nu * segment.cost()), 0.0, 1e-8, &what);
         assert_near(moment / found.hessian[2], 1.0, 1e-5, &what);
-        // The other end free is the same from the other side.
+        // With the other end free the segment is the same from the other side.
         let other = TensionSpan { ends: Ends::FreeEnd, ..span }.evaluate(&law, [b, 0.0], &mut Near::default());
         assert_near(other.cost / found.cost, 1.0, 1e-12, &what);
         assert_near(other.gradient[0] / found.gradient[1], 1.0, 1e-9, &what);

@@ -1,10 +1,11 @@
-//! An independent minimiser: the energy of a polygon of equal edges, by Newton's method with
-//! Lagrange multipliers.
+//! An independent minimiser: minimises the energy of a polygon of equal edges by Newton's method
+//! with Lagrange multipliers.
 
 use super::*;
 use nalgebra::{DMatrix, DVector};
 
-/// Edges' angles θ₁ … θ_N and the length L, at half an edge from the ends, of a chord of 1.
+/// The unknowns are the edges' angles θ₁ … θ_N and the length L, on a chord of 1. The first and
+/// last edge are half an edge from the ends.
 struct Polygon {
     angles: [f64; 2],
     nu: f64,
@@ -33,7 +34,7 @@ impl Polygon {
         bending + self.tension * x[x.len() - 1]
     }
 
-    /// How far the polygon misses the second point.
+    /// The vector by which the polygon misses the second point.
     fn missed(&self, x: &DVector<f64>) -> [f64; 2] {
         let edges = x.len() - 1;
         let h = x[edges] / edges as f64;
@@ -41,7 +42,7 @@ impl Polygon {
         [h * sum[0] - 1.0, h * sum[1]]
     }
 
-    /// Gradient and Hessian of the Lagrangian, and the constraints' gradients.
+    /// The gradient and Hessian of the Lagrangian, and the constraints' gradients.
     fn derivatives(&self, x: &DVector<f64>, pull: [f64; 2]) -> (DVector<f64>, DMatrix<f64>, DMatrix<f64>) {
         let edges = x.len() - 1;
         let (length, share, nu) = (x[edges], 1.0 / edges as f64, self.nu);
@@ -83,7 +84,7 @@ impl Polygon {
         (gradient, hessian, constraints)
     }
 
-    /// The local minimum next to a start, and whether Newton's method got there.
+    /// The local minimum next to a start; `None` if Newton's method does not reach it.
     fn minimise(&self, mut x: DVector<f64>) -> Option<DVector<f64>> {
         let size = x.len();
         let mut damping = 1e-3 * self.cost(&x);
@@ -103,7 +104,7 @@ impl Polygon {
             right[size] = -missed[0];
             right[size + 1] = -missed[1];
             let step = system.lu().solve(&right)?;
-            // The multipliers are those of cost − P·(missed).
+            // The multipliers belong to cost − P·(missed).
             let next_pull = [-step[size], -step[size + 1]];
             let change = step.rows(0, size).into_owned();
             let weight = 2.0 * (next_pull[0].hypot(next_pull[1]) + 1e-3);
@@ -127,7 +128,7 @@ impl Polygon {
     }
 }
 
-/// The limit of the minima of polygons of 64 and 128 edges that start at the segment, bent and
+/// The extrapolated minimum of polygons of 64 and 128 edges that start at the segment, bent and
 /// lengthened.
 fn polygon_cost(segment: &TensionSegment, polygon: &Polygon, amplitude: f64, rng: &mut StdRng) -> Option<f64> {
     let modes: Vec<f64> = (0..6).map(|_| amplitude * rng.random_range(-1.0..1.0)).collect();
@@ -154,7 +155,7 @@ fn an_independent_minimiser_finds_the_same_cost() {
             (angles, [1.6, 2.0, 2.5, 3.0, 4.0][index % 5], 10f64.powf(rng.random_range(-1.0..2.0)))
         })
         .collect();
-    // With a flat piece, between arcs of the same and of opposite senses.
+    // With a flat piece between arcs of the same and of opposite senses.
     inputs.extend([
         (degrees(40.0, -60.0), 3.0, 1000.0),
         (degrees(30.0, 20.0), 3.0, 1000.0),
@@ -207,6 +208,6 @@ fn no_polygon_from_a_random_start_is_cheaper_than_the_cheapest_segment() {
             same += (ratio < 1.01) as usize;
         }
     }
-    // Most starts end in a minimum, many in the cheapest.
+    // Most starts end in a minimum, and many in the cheapest.
     assert!(found > 120 && same > 40, "{found} minima, {same} of them the cheapest");
 }

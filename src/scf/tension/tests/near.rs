@@ -1,11 +1,12 @@
-//! Segments that are followed as their ends turn, against those that nested roots find by
-//! themselves.
+//! Tests of segments that are followed as their ends turn, against those that nested roots find
+//! independently.
 
 use super::*;
 use crate::scf::problem::Ends;
 
-/// Follows random segments as their angles change by up to `far`: how many were followed, how many
-/// of those are another curve than the roots find, and the largest difference of the others' costs.
+/// Follows random segments as their angles change by up to `far`. Returns the share that was
+/// followed, the share of those that differ from the curves of the roots, and the largest
+/// difference of the others' costs.
 fn followed(ends: Ends, far: f64, count: usize) -> [f64; 3] {
     let mut rng = StdRng::seed_from_u64(31);
     let (mut tried, mut followed, mut others, mut largest) = (0, 0, 0, 0f64);
