@@ -1,4 +1,5 @@
-// Costs and derivatives of segments, one thread a segment. With TENSION they are segments under tension.
+// Costs and derivatives of segments, one thread per segment. With TENSION they are segments under
+// tension.
 // Twin: src/scf/evaluation.rs
 
 struct EvaluationParams {
@@ -6,24 +7,25 @@ struct EvaluationParams {
 }
 
 struct Segment {
-    // The curve it belongs to.
+    // The index of its curve.
     owner: u32,
-    // Where the turns at its ends stand.
+    // The positions of the turns at its ends.
     first: u32,
     last: u32,
-    // Four times the number of its exponent, and how it ends.
+    // Four times the index of its exponent, plus the kind of its ends.
     kind: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: EvaluationParams;
 // The segments to be evaluated.
 @group(0) @binding(1) var<storage, read> tasks: array<u32>;
-// A block per exponent: see universal.wgsl, under tension tension/quadrature.wgsl.
+// A block per exponent: see universal.wgsl, and under tension tension/quadrature.wgsl.
 @group(0) @binding(2) var<storage, read> exponents: array<real>;
 @group(0) @binding(3) var<storage, read> segments: array<Segment>;
-// Three per segment: from its chord to the reference directions, and the chord, 1 or in the unit in which λ is 1.
+// Three per segment: both angles from its chord to the reference directions, and the chord: 1, or
+// in the unit in which λ is 1.
 @group(0) @binding(4) var<storage, read> angles: array<real>;
-// From the reference directions.
+// Turns from the reference directions.
 @group(0) @binding(5) var<storage, read> turns: array<real>;
 @group(0) @binding(6) var<storage, read> states: array<SlopesState>;
 // Seven numbers per segment: an Evaluation.

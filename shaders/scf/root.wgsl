@@ -1,5 +1,6 @@
-// The chord condition of a segment: which piece of the universal curve joins two points with given
-// tangents. Needs universal.wgsl. Twin: src/scf/root.rs, which gives the formulas.
+// The chord condition of a segment: determines the piece of the universal curve that joins two
+// points with given tangents. Needs universal.wgsl.
+// Twin: src/scf/root.rs, which gives the formulas.
 
 const MOST_STEPS: u32 = 60u;
 const CLOSE: real = real(0.125);
@@ -19,14 +20,14 @@ const EPSILON: real = real(1.1920928955078125e-7);
 const ROOT_EPSILON: real = real(3.4526698300124393e-4);
 //:end
 
-// A pair of end angles, canonical, and how it became so.
+// A canonical pair of end angles, and how it was obtained.
 struct Canonical {
     // a ≥ b, a + b ≤ 0
     a: real,
     b: real,
-    // −1 where mirrored, else 1.
+    // −1 if mirrored, else 1.
     mirrored: real,
-    // Whether the ends changed places.
+    // Whether the ends were exchanged.
     swapped: bool,
 }
 
@@ -34,7 +35,7 @@ fn canonical_of(a: real, b: real) -> Canonical {
     let mirrored = select(real(1), real(-1), b - a > real(0));
     var c = mirrored * a;
     var d = mirrored * b;
-    // A half turn is the limit, and as a number it may round to either side.
+    // A half turn is the limit, and may round to either side.
     let slack = real(4) * EPSILON;
     let beyond = c - d - PI * (real(1) - slack);
     if (beyond > real(0) && real(2) * slack * PI - beyond > real(0)) {
@@ -45,10 +46,10 @@ fn canonical_of(a: real, b: real) -> Canonical {
     return Canonical(select(c, -d, swapped), select(d, -c, swapped), mirrored, swapped);
 }
 
-// A piece of the universal curve, and how its chord lies.
+// A piece of the universal curve, with the position of its chord.
 struct Piece {
     t0: real,
-    // Without an inflection, or with one.
+    // Whether it has no inflection.
     plain: bool,
     sine0: real,
     sine1: real,
@@ -58,10 +59,10 @@ struct Piece {
     moment1: real,
     // t₀^q, where t₀ ≤ π/2
     power: real,
-    // Displacement in the direction of the force, and across it.
+    // The displacement in the direction of the force, and orthogonal to it.
     along: real,
     across: real,
-    // Displacement across and along the chord's proper direction.
+    // The displacement orthogonal to and along the chord's required direction.
     miss: real,
     reach: real,
     // The chord's length.
@@ -71,7 +72,7 @@ struct Piece {
     slope: real,
 }
 
-// The known parts of a problem: a and b canonical, η = (a + b)/2, 2h = a − b.
+// The given quantities of a problem: a and b canonical, η = (a + b)/2, 2h = a − b.
 struct Given {
     sine_a: real,
     cosine_a: real,
@@ -134,7 +135,7 @@ fn piece_at(curve: Universal, known: Given, t0: real, plain: bool) -> Piece {
         soft,
         soft * late - side * (along * cosine0 - across * sine0) / square,
     );
-    // Only without an inflection do the ends' values all but cancel.
+    // Only without an inflection do the values at both ends almost cancel.
     let close = CLOSE * (t0 + real(0.5) * known.turning) - real(0.5) * known.turning;
     if (plain && close > real(0)) {
         return closed_up(curve, known, piece);
@@ -142,7 +143,7 @@ fn piece_at(curve: Universal, known: Given, t0: real, plain: bool) -> Piece {
     return piece;
 }
 
-// The same where both ends are near each other, from the series at the middle m.
+// The same piece for ends that are close together, from the series at the midpoint m.
 fn closed_up(curve: Universal, known: Given, rough: Piece) -> Piece {
     let sine = rough.sine0 * known.half.cosine + rough.cosine0 * known.half.sine;
     let cosine = rough.cosine0 * known.half.cosine - rough.sine0 * known.half.sine;
@@ -170,7 +171,7 @@ fn closed_up(curve: Universal, known: Given, rough: Piece) -> Piece {
     return piece;
 }
 
-// t₀ at which the moments have the ratio R = S(t₀)/S(t₁), ρ = R^{1/q} = sin t₀/sin t₁.
+// t₀ for the ratio R = S(t₀)/S(t₁) of the moments, with ρ = R^{1/q} = sin t₀/sin t₁.
 fn start_of(known: Given, rho: real) -> real {
     return first_quadrant_angle(rho * known.sine_turning, real(1) - rho * known.cosine_turning);
 }
@@ -180,7 +181,7 @@ struct Cheapest {
     exists: bool,
 }
 
-// The cheapest piece for canonical angles. Angles may be 0 only one at a time.
+// The cheapest piece for canonical angles. At most one of the angles may be 0.
 fn cheapest(curve: Universal, a: real, b: real) -> Cheapest {
     let known = given_of(a, b);
     var plain = true;
@@ -191,7 +192,7 @@ fn cheapest(curve: Universal, a: real, b: real) -> Cheapest {
     var live = true;
     var last = false;
     var small_steps = real(0);
-    // Steps in t₀ never lead past the root, those in w may.
+    // Steps in t₀ never overshoot the root. Steps in w may.
     var careful = -a > real(0);
     let last_step = LAST_STEP * ROOT_EPSILON;
     let noise = real(0.5) * EPSILON * abs(b);
@@ -199,7 +200,7 @@ fn cheapest(curve: Universal, a: real, b: real) -> Cheapest {
     let half_way = root_of(curve, real(0.5));
     let edge_noise = real(8) * EPSILON;
     var piece: Piece;
-    // The first turn asks where g is with an inflection at the start.
+    // The first turn evaluates g with an inflection at the start.
     for (var step = 0u; step <= MOST_STEPS; step++) {
         piece = piece_at(curve, known, t0, plain);
         if (step == 0u) {
@@ -215,10 +216,10 @@ fn cheapest(curve: Universal, a: real, b: real) -> Cheapest {
             live = room > real(0);
             continue;
         }
-        // 2 tan(g/2): as g near 0, and without an arctangent.
+        // 2 tan(g/2) agrees with g near 0, and needs no arctangent.
         let miss = real(2) * piece.miss / (piece.chord + piece.reach);
         let enough = select(noise, near, last);
-        // Near the end of the room sin t₁ has lost digits.
+        // Near the end of the interval sin t₁ has lost digits.
         var edge = real(0);
         if (EDGE - piece.cosine1 > real(0)) {
             edge = edge_noise * piece.moment1 / (piece.sine1 * piece.chord);
@@ -241,7 +242,7 @@ fn cheapest(curve: Universal, a: real, b: real) -> Cheapest {
             moved = next_ratio - ratio;
             t0 = start_of(known, root_of(curve, next_ratio));
         } else {
-            // In t₀, or in w = t₀^q where that may be near 0.
+            // In t₀, or in w = t₀^q where t₀ may be near 0.
             let rises = piece.slope > real(0);
             if (-miss > real(0) && rises) {
                 low = t0;
@@ -261,24 +262,24 @@ fn cheapest(curve: Universal, a: real, b: real) -> Cheapest {
                 let by_moment = stretch * piece.slope * lift / curve.q;
                 moved = miss / by_moment;
                 newton = root_of(curve, larger(w - moved, real(0)));
-                // Moments are measured by the larger, which is at the end.
+                // Moments are relative to the larger one, at the end.
                 scale = piece.moment1;
             }
             newton = smaller(newton, t0 + REACH * (room - t0));
             var next = select(real(0.5) * (low + t0), newton, rises);
-            // Below the root and falling, or at the end of the room: g, being concave, never
-            // reaches 0.
+            // If g is below 0 and falling, or at the end of the interval, it never reaches 0, since
+            // it is concave.
             let ended = t0 - (real(1) - last_step) * room > real(0) || -piece.slope > real(0);
             past = ended && -miss > real(0);
-            // From beyond the root back to where g rose already: to and fro, else.
+            // A step from beyond the root back to where g already rose would oscillate.
             let returns = !careful && miss > real(0) && !(newton - low > real(0)) && rises;
             past = past || returns;
             if (careful && past) {
                 break;
             }
             if (past) {
-                // From where g last rose below 0 on in t₀; where that is only t₀ = 0, where t₀ does
-                // not move, half the way in w there first.
+                // Continues in t₀ from where g last rose below 0. If that is only t₀ = 0, where t₀
+                // does not move, halves w first.
                 next = select(half_way * t0, low, low > real(0));
                 careful = low > real(0);
             }
@@ -286,8 +287,8 @@ fn cheapest(curve: Universal, a: real, b: real) -> Cheapest {
         }
         let small = !past && last_step * scale - abs(moved) > real(0);
         small_steps += select(real(0), real(1), small);
-        // An inflection near an end, for ν > 2, leaves g without a second derivative there: an
-        // error of s²/R, or s² R.
+        // For ν > 2, an inflection near an end leaves g without a second derivative there. The
+        // error is then s²/R, or s² R.
         var fine = scale;
         if (curve.exponent > real(2)) {
             fine = scale * sqrt(smaller(ratio, real(1) / ratio));
@@ -341,7 +342,7 @@ fn from_inflection(curve: Universal, b: real) -> Cheapest {
             found = rises;
             break;
         }
-        // Where g does not rise with t any more there is no root beyond.
+        // If g does not increase with t any more, there is no root beyond.
         if (!rises) {
             break;
         }

@@ -1,6 +1,7 @@
-// Newton's method on the tangent angles of a curve, one thread per curve: takes what its segments cost at the
-// trial, and finds the next trial. If the matrix is not positive definite the next dispatch goes
-// on with more damping, so that a thread's loops stay short. Twin: src/scf/slopes.rs
+// Newton's method on the tangent angles of a curve, one thread per curve: takes the evaluations of
+// its segments at the trial, and computes the next trial. If the matrix is not positive definite,
+// the next dispatch continues with more damping, so that a thread's loops stay short.
+// Twin: src/scf/slopes.rs
 
 struct SlopesParams {
     tasks: u32,
@@ -10,7 +11,7 @@ struct SlopesParams {
 }
 
 struct SlopesCurve {
-    // Its first dot, which is also where its segments start.
+    // Its first dot, which is also the position of its first segment.
     start: u32,
     dots: u32,
     closed: u32,
@@ -19,18 +20,18 @@ struct SlopesCurve {
 }
 
 @group(0) @binding(0) var<uniform> params: SlopesParams;
-// The curves that run.
+// The running curves.
 @group(0) @binding(1) var<storage, read> tasks: array<u32>;
 @group(0) @binding(2) var<storage, read> curves: array<SlopesCurve>;
 @group(0) @binding(3) var<storage, read_write> states: array<SlopesState>;
 // SLOPES_NUMBERS per curve, named below.
 @group(0) @binding(4) var<storage, read_write> numbers: array<real>;
-// 1 for every dot whose direction is an unknown, else 0; then the weights of all segments; then the stages in
-// which dots become movable.
+// 1 for every dot whose direction is an unknown, else 0; then the weights of all segments; then the
+// stages in which dots become movable.
 @group(0) @binding(5) var<storage, read> fixed: array<real>;
-// What the segments cost at the trial: see evaluation.wgsl.
+// The evaluations of the segments at the trial: see evaluation.wgsl.
 @group(0) @binding(6) var<storage, read> found: array<real>;
-// The trials of all dots, then where they stand.
+// The trials of all dots, then their current turns.
 @group(0) @binding(7) var<storage, read_write> turns: array<real>;
 // WORK_… of all dots, one after the other.
 @group(0) @binding(8) var<storage, read_write> work: array<real>;
@@ -43,8 +44,8 @@ struct SlopesCurve {
 const MOST_TURN: real = real(0.5);
 const EDGE: real = real(1e4);
 
-// No twin: the host gives them in this order: 1/ν, 1 − 1/ν, the least that is left of a step's length, and the tolerance of
-// the relative decrement.
+// No twin: the host writes these in this order: 1/ν, 1 − 1/ν, the least remaining part of a step's
+// length, and the tolerance of the relative decrement.
 const SLOPES_SHARE: u32 = 0u;
 const SLOPES_PART: u32 = 1u;
 const SLOPES_LEAST: u32 = 2u;
@@ -54,7 +55,7 @@ const SLOPES_TOLERANCE: u32 = 3u;
 const SLOPES_COST: u32 = 4u;
 const SLOPES_DECREMENT: u32 = 5u;
 const SLOPES_NUMBERS: u32 = 13u;
-// No twin: these do not come back.
+// No twin: these are not downloaded.
 const SLOPES_ALPHA: u32 = 6u;
 const SLOPES_SLOPE: u32 = 7u;
 const SLOPES_STRETCH: u32 = 8u;
@@ -64,7 +65,7 @@ const SLOPES_LAMBDA: u32 = 10u;
 const SLOPES_ROUGHLY: u32 = 11u;
 const SLOPES_STAGE: u32 = 12u;
 
-// No twin: what the CPU has in arrays of their own.
+// No twin: the CPU has separate arrays for these.
 const WORK_GRADIENT: u32 = 0u;
 const WORK_THERE: u32 = 1u;
 const WORK_STEP: u32 = 2u;
@@ -79,7 +80,7 @@ const WORK_NUMBERS: u32 = 8u;
 //:if TENSION
 //:include scf/slopes/by_span.wgsl
 //:else
-// 1 where a direction is an unknown, else 0.
+// 1 if a direction is an unknown, else 0.
 fn movable(dot: u32) -> real {
     return fixed[dot];
 }
@@ -87,20 +88,20 @@ fn movable(dot: u32) -> real {
 
 struct Received {
     cost: real,
-    // One more than the first segment without minimiser, or 0.
+    // One more than the index of the first segment without minimiser, or 0.
     missing: u32,
-    // Along the step that led to the trial.
+    // The slope along the step that led to the trial.
     slope: real,
 }
 
-// Sums up what the segments cost, with the gradient.
+// Sums the costs of the segments, with the gradient.
 fn receive(curve: SlopesCurve) -> Received {
     let there = WORK_THERE * params.dots + curve.start;
     let step = WORK_STEP * params.dots + curve.start;
     let spans = curve.dots - 1u + curve.closed;
     var cost = real(0);
     var missing = 0u;
-    // Of the segment before, at the dot they share.
+    // The derivative of the previous segment at the shared dot.
     var before = real(0);
     var slope = real(0);
     // A closed curve's first dot is where its last segment ends.
@@ -132,7 +133,7 @@ fn receive(curve: SlopesCurve) -> Received {
     return Received(cost, missing, slope);
 }
 
-// Stands at the trial from now on.
+// Accepts the trial.
 fn accept(curve: SlopesCurve) -> bool {
     let dots = params.dots;
     let spans = curve.dots - 1u + curve.closed;
@@ -202,13 +203,14 @@ fn tick(index: u32) {
                 return;
             }
         } else {
-            // As the root of the cost, which the step is Newton's of, relative to where it stands.
+            // In terms of the root of the cost, to which the Newton step belongs, relative to the
+            // current curve.
             let stretch = numbers[at + SLOPES_STRETCH];
             let root = power(received.cost / cost, share);
             let there = received.slope * root / received.cost;
 //:if TENSION
             let part = change(curve) / cost;
-            // The root to first order, where it is too near to 1 for its digits.
+            // If the root is too close to 1 for its digits, it is taken to first order.
             let energy = real(0);
             let energy_there = select(root - real(1), share * part, abs(part) < NEARLY);
 //:else
@@ -266,7 +268,8 @@ fn tick(index: u32) {
         }
     }
     let solved = solve(curve);
-    // Newton's step of cost^{1/ν} is longer than that of the cost by 1/(1 − (1 − 1/ν) gᵀH⁻¹g/cost).
+    // Newton's step on cost^{1/ν} is longer than that on the cost by the factor 1/(1 − (1 − 1/ν)
+    // gᵀH⁻¹g/cost).
     let least = numbers[at + SLOPES_LEAST];
     var left = least;
     if (cost > real(0)) {

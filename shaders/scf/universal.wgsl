@@ -1,6 +1,6 @@
-// The universal curves, of which segments are pieces: S(t), J(t) and differences between near
-// places. Needs trig.wgsl, linalg/power.wgsl (t ≥ 2.3e−308 in f64 and 1.2e−38 in f32, or 0) and an
-// array `exponents` of a block per exponent: ν, q, 1/q, J(π/2), the coefficients of S(t)/t^q and of
+// The universal curves, whose pieces are segments: S(t), J(t) and differences between close places.
+// Needs trig.wgsl, linalg/power.wgsl (t ≥ 2.3e−308 in f64 and 1.2e−38 in f32, or 0) and an array
+// `exponents` with a block per exponent: ν, q, 1/q, J(π/2), the coefficients of S(t)/t^q and of
 // J(t)/t^{q+1}, and those of the series of differences.
 // Twin: src/scf/universal.rs, which gives the formulas.
 
@@ -22,7 +22,7 @@ struct Universal {
     inverse_q: real,
     // J(π/2)
     half: real,
-    // Where its coefficients stand.
+    // The position of its block.
     at: u32,
 }
 
@@ -86,7 +86,7 @@ struct Differences {
     along_slope: real,
 }
 
-// The series at m with 1/sin² m, cot m and h given.
+// The series at m, for given 1/sin² m, cot m and h.
 fn difference_series(curve: Universal, inverse_square: real, cotangent: real, h: real) -> Differences {
     let step = h * h;
     let x = inverse_square;

@@ -1,7 +1,7 @@
-//! A piece of a universal curve, laid between two points: where it runs.
+//! [`Arc`]: a piece of a universal curve placed between two points.
 //!
-//! Computed in f64 on the host. Pieces that turn little are measured by differences' series, so
-//! that their points keep their digits.
+//! Computed in f64 on the host. If the ends of a piece are close together, series of differences
+//! keep the digits of its points.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -11,27 +11,27 @@ use super::universal::{DIFFERENCE_TERMS, DIFFERENCES, Universal};
 /// A point of a segment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Site {
-    /// In units of the chord's length.
+    /// The position, in units of the chord's length.
     pub point: [f64; 2],
-    /// Of the tangent, from the chord, in radians.
+    /// The angle of the tangent from the chord, in radians.
     pub angle: f64,
-    /// Signed, positive to the left, in 1/length.
+    /// The curvature, positive to the left, in 1/length.
     pub curvature: f64,
 }
 
-/// A segment between (0, 0) and (chord, 0): which piece of its universal curve, how large, which
-/// way round.
+/// A segment between (0, 0) and (chord, 0): a piece of its universal curve, with its scale and
+/// orientation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Arc {
-    /// Length of the chord.
+    /// The length of the chord.
     pub chord: f64,
-    /// T₀ and T₁, signed, of the canonical piece; both 0 where the segment is straight.
+    /// T₀ and T₁, signed, of the canonical piece. Both are 0 if the segment is straight.
     pub range: [f64; 2],
     /// D, the canonical piece's chord.
     unit: f64,
     /// φ of the canonical piece.
     force: f64,
-    /// −1 where the canonical piece is mirrored, else 1.
+    /// −1 if the canonical piece is mirrored, else 1.
     mirrored: f64,
     /// Whether it runs from the other end.
     swapped: bool,
@@ -53,7 +53,7 @@ impl Arc {
         (found > 0.0).then(|| Arc::of(&piece, &canonical, chord))
     }
 
-    /// All segments with these end angles and one inflection at most, the cheapest first.
+    /// All segments with these end angles and at most one inflection, the cheapest first.
     pub fn stationary(curve: &Universal, chord: f64, [a, b]: [f64; 2]) -> Vec<Self> {
         let mut arcs: Vec<Arc> = Arc::cheapest(curve, chord, [a, b]).into_iter().collect();
         let canonical = Canonical::of(a, b);
@@ -66,8 +66,8 @@ impl Arc {
         arcs
     }
 
-    /// The segment that starts with a free direction and ends at the angle b; for one that ends so,
-    /// mirrored and from the other end.
+    /// The segment that starts with a free direction and ends at the angle b. A segment with a free
+    /// end is this one mirrored and reversed.
     pub fn free(curve: &Universal, chord: f64, b: f64) -> Option<Self> {
         if b.abs() < f64::MIN_POSITIVE.sqrt() {
             return Some(Arc::straight(chord));
@@ -100,7 +100,7 @@ impl Arc {
         self.unit == 0.0
     }
 
-    /// r, in which lengths of the universal curve are measured.
+    /// r, the unit of length of the universal curve.
     fn radius(&self) -> f64 {
         self.chord / self.unit
     }
@@ -121,12 +121,12 @@ impl Arc {
         self.radius().powf(1.0 - curve.exponent) * curve.along_between(self.range[0], self.range[1])
     }
 
-    /// The direction of the force, from the chord; 0 where the segment is straight.
+    /// The direction of the force, from the chord; 0 if the segment is straight.
     pub fn force_direction(&self) -> f64 {
         self.turned(self.force)
     }
 
-    /// An angle of the canonical piece as one of the segment.
+    /// Converts an angle of the canonical piece into one of the segment.
     fn turned(&self, angle: f64) -> f64 {
         if self.swapped { -self.mirrored * angle } else { self.mirrored * angle }
     }
@@ -149,7 +149,8 @@ impl Arc {
         curve.at_length(from, to, u)
     }
 
-    /// T at which the tangent has this angle from the chord: none, one or two places, in order.
+    /// The values of T at which the tangent has this angle from the chord: none, one or two, in
+    /// order.
     pub fn at_angle(&self, angle: f64) -> Vec<f64> {
         if self.is_straight() {
             return Vec::new();
@@ -157,7 +158,7 @@ impl Arc {
         // θ = φ + π/2 − |T|, both canonical.
         let distance = self.force + FRAC_PI_2 - self.turned(angle);
         let [from, to] = self.range;
-        // Beyond the inflection's tangent there is none, and the ends' own angles are rounded.
+        // No tangent lies beyond that of the inflection. The end angles themselves are rounded.
         let rounding = 4.0 * PI * f64::EPSILON;
         let ends = |t: f64| {
             if (t - from).abs() <= rounding {
@@ -203,7 +204,7 @@ impl Arc {
         }
         let t = self.at_fraction(curve, u);
         let mut site = self.site(curve, t);
-        // Both ends, without rounding.
+        // Both ends are exact.
         if u <= 0.0 || u >= 1.0 {
             site.point = [if u <= 0.0 { 0.0 } else { self.chord }, 0.0];
         }
@@ -214,7 +215,7 @@ impl Arc {
         (site, if slope.is_finite() { self.mirrored * slope } else { 0.0 })
     }
 
-    /// Largest |κ|: |κ|^ν is a multiple of sin |T|.
+    /// The largest |κ|. |κ|^ν is proportional to sin |T|.
     pub fn max_curvature(&self, curve: &Universal) -> f64 {
         if self.is_straight() {
             return 0.0;
@@ -236,8 +237,8 @@ impl Arc {
 }
 
 impl Universal {
-    /// Middle and half of [from, to] where both are on one side of the inflection at 0 and near
-    /// each other: there differences are taken from series, at the distances from 0.
+    /// The midpoint and half of [from, to], if both are on one side of the inflection at 0 and
+    /// close together. Differences are then taken from series, at the distances from 0.
     fn close(&self, from: f64, to: f64) -> Option<(f64, f64)> {
         let (middle, half) = (0.5 * (from + to).abs(), 0.5 * (to - from));
         (from * to > 0.0 && half < CLOSE * middle.min(PI - middle)).then_some((middle, half))
@@ -280,10 +281,11 @@ impl Universal {
         }
     }
 
-    /// T at the fraction u of the length from `from` to `to`, by Newton's method in w = sgn T
-    /// |T|^q, of which the length is almost a multiple near the inflection, bracketed.
+    /// T at the fraction u of the length from `from` to `to`, by a bracketed Newton method in w =
+    /// sgn T |T|^q. Near the inflection the length is almost proportional to w.
     pub fn at_length(&self, from: f64, to: f64, u: f64) -> f64 {
-        /// Newton's steps: quadratic from a start good to a few per cent; brackets catch the rest.
+        /// The most Newton steps. They converge quadratically from a start good to a few per cent,
+        /// and brackets catch the rest.
         const STEPS: usize = 60;
         let signed = |t: f64| t.signum() * self.power(t.abs());
         let target = u * self.length_between(from, to);
@@ -292,7 +294,7 @@ impl Universal {
         let unsigned = |w: f64| w.signum() * self.root(w.abs());
         let mut t = unsigned(w + u * (w_end - w)).clamp(from, to);
         for _ in 0..STEPS {
-            // What is left, from the nearer end.
+            // The remainder, from the nearer end.
             let left = target - self.length_between(from, t);
             if left > 0.0 {
                 low = t
@@ -305,7 +307,7 @@ impl Universal {
             let slope = if folded > 0.0 { slope } else { 1.0 / self.q };
             let next = unsigned(signed(t) + left / slope);
             let next = if next > low && next < high { next } else { unsigned(0.5 * (signed(low) + signed(high))) };
-            // In w: near an inflection lengths are a power of T.
+            // In w, since lengths near an inflection are a power of T.
             if (signed(next) - signed(t)).abs() <= 2.0 * f64::EPSILON * (w_end - w) {
                 return next;
             }

@@ -1,4 +1,4 @@
-//! Fitted smooth connection functions as [`Curve`]s, by arc length.
+//! Fitted smooth connection functions as [`Curve`]s, parametrised by arc length.
 
 use std::collections::BTreeMap;
 use std::sync;
@@ -22,11 +22,11 @@ pub(crate) struct Laid {
     pub arc: Piece,
     pub start: [f64; 2],
     pub chord: [f64; 2],
-    /// Which of the universal curves it is a piece of.
+    /// The index of its universal curve.
     pub curve: u32,
 }
 
-/// What a segment is.
+/// The geometry of a segment.
 #[derive(Clone, Debug)]
 pub(crate) enum Piece {
     Arc(Arc),
@@ -34,7 +34,7 @@ pub(crate) enum Piece {
 }
 
 impl Laid {
-    /// Of the chord.
+    /// The length of the chord.
     fn chord_length(&self) -> f64 {
         match &self.arc {
             Piece::Arc(arc) => arc.chord,
@@ -50,7 +50,7 @@ impl Laid {
         }
     }
 
-    /// ∫|κ|^ν ds, and under tension λ ∫ds.
+    /// ∫|κ|^ν ds, under tension plus λ ∫ds.
     pub fn cost(&self, universal: &[Universal]) -> f64 {
         match &self.arc {
             Piece::Arc(arc) => arc.cost(&universal[self.curve as usize]),
@@ -76,7 +76,7 @@ impl Laid {
     }
 }
 
-/// A fitted curve: its segments, and the arc lengths at which its data points lie.
+/// A fitted curve: its segments, and the arc lengths of its data points.
 #[derive(Clone, Debug)]
 pub(crate) struct Chain {
     pub segments: Vec<Laid>,
@@ -84,8 +84,8 @@ pub(crate) struct Chain {
 }
 
 impl Chain {
-    /// The segments between dots with these directions, NaN where they are free, near those known. `None` if one has no
-    /// minimiser.
+    /// Places the segments between dots with these directions (NaN for free ends), near the known
+    /// shapes. `None` if a segment has no minimiser.
     pub fn lay(dots: &Dots, directions: &[f64], exponents: &Exponents, known: &[Near]) -> Option<Self> {
         let n = directions.len();
         let taut = if exponents.tension > 0.0 { dots.tension_spans(directions, exponents) } else { Vec::new() };
@@ -135,19 +135,19 @@ impl Chain {
         self.segments.iter().map(|laid| laid.cost(universal)).sum()
     }
 
-    /// One arc in the frame of its chord.
+    /// A single arc in the frame of its chord.
     pub fn one(arc: Arc, curve: &Universal) -> Self {
         let laid = Laid { arc: Piece::Arc(arc), start: [0.0; 2], chord: [arc.chord, 0.0], curve: 0 };
         Chain { segments: vec![laid], knots: vec![0.0, arc.length(curve)] }
     }
 }
 
-/// The curves of a batch, each its segments or, unfitted, its input.
+/// The curves of a batch: the segments of each, or its input if it is unfitted.
 pub(crate) struct Chains {
     pub curves: Vec<Result<Chain, Input>>,
     pub universal: Vec<Universal>,
     pub closed: Vec<bool>,
-    /// The parameters given for the data points, which samples have in place of arc lengths.
+    /// The given parameters of the data points, which replace arc lengths in samples.
     pub times: Vec<Option<Vec<f64>>>,
     pub problems: BTreeMap<usize, Unfitted>,
     pub origin: sync::Arc<Origin>,
@@ -221,7 +221,8 @@ impl Curve for ChainCurve<'_> {
         if target > 0.0 { (target / length).min(1.0) } else { 0.0 }
     }
 
-    /// Along an arc |κ| rises to the place furthest from its inflections, and falls from there.
+    /// Along an arc |κ| is largest at the place furthest from its inflections, and falls on both
+    /// sides.
     fn max_curvature(&self) -> f64 {
         let of_segment = |laid: &Laid| match laid.chord_length() {
             0.0 => 0.0,

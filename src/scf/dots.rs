@@ -1,5 +1,7 @@
-//! From the points of a curve to the [`SlopesProblem`] of its tangent angles: distinct dots, chords, exponents,
+//! Sets up the [`SlopesProblem`] of a curve's tangent angles: distinct dots, chords, exponents,
 //! weights.
+//!
+//! A dot is a data point, with its consecutive repetitions.
 
 use super::problem::{Ends, SlopesProblem, Span};
 use super::start::{Chords, Start, wrap};
@@ -10,14 +12,14 @@ use crate::error::{Error, Result};
 use crate::status::CurveStatus;
 use crate::width::widths;
 
-/// Exponents a batch may hold: their numbers are stored in 16 bits.
+/// The most exponents of a batch: indices are stored in 16 bits.
 const MOST_EXPONENTS: usize = 1 << 16;
 
 /// The exponents of a batch, each with its universal curve.
 #[derive(Clone, Debug)]
 pub(crate) struct Exponents {
     pub universal: Vec<Universal>,
-    /// The rules of every exponent, where curves have tension.
+    /// The quadrature rules of every exponent, if curves have tension.
     pub laws: Vec<TensionLaw>,
     /// τ; 0 without tension.
     pub tension: f64,
@@ -60,18 +62,17 @@ impl Exponents {
         Exponents { tension: times * self.tension, ..self.clone() }
     }
 
-    /// The number of an exponent that is among them.
+    /// The index of an exponent.
     fn number(&self, exponent: f64) -> u16 {
         self.values.partition_point(|&value| value < exponent) as u16
     }
 
-    /// Whether a way from 2 to these exponents leads anywhere: within a tenth of 2 curves differ
-    /// little.
+    /// Whether continuation from exponent 2 is useful: within a tenth of 2 curves differ little.
     pub fn are_far_from_two(&self) -> bool {
         self.values.iter().any(|nu| (nu / 2.0).ln().abs() > 0.1)
     }
 
-    /// On the way from 2 (at 0) to these exponents (at 1), in equal ratios, under the same numbers.
+    /// Exponents between 2 (at 0) and these (at 1), in equal ratios and with the same indices.
     pub fn towards(&self, part: f64) -> Self {
         let stage = |nu: &f64| 2.0 * (nu / 2.0).powf(part);
         Self::from(self.values.iter().map(stage).collect(), stage(&self.default), self.tension)
@@ -83,19 +84,19 @@ impl Exponents {
 pub(crate) struct Dots {
     pub closed: bool,
     pub points: Vec<[f64; 2]>,
-    /// The point of the input that a dot is.
+    /// The index of each dot's input point.
     pub entries: Vec<usize>,
-    /// For every span of the input the dot at its start; `None` between repeated points.
+    /// The dot at the start of every input span; `None` between repeated points.
     pub spans: Vec<Option<usize>>,
     pub chords: Chords,
-    /// Directions given; NaN where there is none.
+    /// The given directions; NaN if there is none.
     pub fixed: Vec<f64>,
-    /// Number of the exponent of every segment.
+    /// The index of every segment's exponent.
     pub curves: Vec<u16>,
 }
 
 impl Dots {
-    /// The dots of curve `i`, or why it cannot be fitted.
+    /// The dots of curve `i`, or the reason why it cannot be fitted.
     pub fn of(batch: &CurveBatch, i: usize, exponents: &Exponents) -> Result<Self, Unfitted> {
         if let Some(problem) = batch.problem(i) {
             return Err(problem.clone());
@@ -116,7 +117,8 @@ impl Dots {
         };
         let mut segments = 0;
         for (k, &point) in points.iter().enumerate() {
-            // A dot is its first point; in a closed curve the last points may repeat the first dot.
+            // A dot is the first of its points. The last points of a closed curve may repeat the
+            // first dot.
             let dot = if closed && segments > 0 && k > 0 && points[k..].iter().all(|p| *p == points[0]) {
                 0
             } else {
@@ -162,7 +164,7 @@ impl Dots {
         Ok(dots)
     }
 
-    /// Directions in which a search starts; NaN where they are free.
+    /// The directions from which a search starts; NaN for free ends.
     pub fn directions(&self, start: Start) -> Vec<f64> {
         let segments = self.chords.lengths.len();
         let direction = |dot: usize| {
@@ -176,8 +178,8 @@ impl Dots {
         (0..self.points.len()).map(direction).collect()
     }
 
-    /// The problem of the slopes with these directions for references, and the logarithm of what
-    /// its costs are divided by.
+    /// The problem of the tangent angles with these reference directions, and the logarithm of the
+    /// unit of its costs.
     pub fn problem(&self, directions: &[f64], exponents: &Exponents) -> (SlopesProblem, f64) {
         let dots = directions.len();
         let exponent = |segment: usize| exponents.universal[self.curves[segment] as usize].exponent;
@@ -205,8 +207,7 @@ impl Dots {
         (problem, scale)
     }
 
-    /// The spans of a curve under tension, between ends of these directions: λ = (2qτ/w)^ν with q =
-    /// 1 − 1/ν.
+    /// The spans of a curve under tension, for these directions: λ = (2qτ/w)^ν with q = 1 − 1/ν.
     pub fn tension_spans(&self, directions: &[f64], exponents: &Exponents) -> Vec<TensionSpan> {
         let dots = directions.len();
         let span = |(k, width): (usize, f64)| {

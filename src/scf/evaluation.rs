@@ -1,22 +1,21 @@
-//! The cost of a segment of unit chord, with its first and second derivatives in the angles of its
-//! ends.
+//! The cost of a segment of unit chord, with its first and second derivatives by its end angles.
 //!
-//! With D, S, J as in [`root`](super::root), σ = ±1 without and with an inflection, and canonical
-//! angles
+//! With D, S and J as in [`root`](super::root), σ = ±1 without and with an inflection, and
+//! canonical angles,
 //!
 //! ```text
 //! cost = D^{ν−1} along,   ∂cost/∂a = νσ D^{ν−1} S(t₀),   ∂cost/∂b = −ν D^{ν−1} S(t₁)
 //! ```
 //!
-//! −ν and ν times the bending moments |κ|^{ν−1} sgn κ at the ends (envelope theorem). The second
-//! derivatives follow from those of the chord condition; S′(t₀), infinite at an inflection, always
-//! comes with dt₀, which is 0 there.
+//! The derivatives are −ν and ν times the bending moments |κ|^{ν−1} sgn κ at the ends (envelope
+//! theorem). The second derivatives follow from those of the chord condition. S′(t₀) is infinite at
+//! an inflection, but always multiplies dt₀, which is 0 there.
 
 use super::root::{Canonical, Piece, cheapest, from_inflection};
 use super::universal::Universal;
 use crate::linalg::{Operation, Real, Scalar};
 
-/// Cost and derivatives of a segment of unit chord.
+/// The cost of a segment of unit chord, and its derivatives.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Evaluation<S> {
     /// ∫|κ|^ν ds
@@ -25,7 +24,7 @@ pub(crate) struct Evaluation<S> {
     pub gradient: [S; 2],
     /// ∂²/∂a², ∂²/∂a∂b, ∂²/∂b²
     pub hessian: [S; 3],
-    /// 1 where there is a minimiser, else 0.
+    /// 1 if there is a minimiser, else 0.
     pub exists: S,
 }
 
@@ -35,12 +34,12 @@ impl<S: Scalar> Evaluation<S> {
         Evaluation { cost: S::ZERO, gradient: [S::ZERO; 2], hessian: [S::ZERO; 3], exists: S::ONE }
     }
 
-    /// A segment that has no minimiser.
+    /// A segment without minimiser.
     pub fn missing() -> Self {
         Evaluation { exists: S::ZERO, ..Self::straight() }
     }
 
-    /// A segment with a free start, mirrored and from its other end.
+    /// A segment with a free start, mirrored and reversed.
     pub fn reversed(self) -> Self {
         let zero = S::ZERO;
         Evaluation { gradient: [-self.gradient[1], zero], hessian: [self.hessian[2], zero, zero], ..self }
@@ -72,11 +71,11 @@ impl<S: Scalar> Operation for FreeStart<'_, S> {
     }
 }
 
-/// Stands in for the angles of a straight segment, where lanes cannot part.
+/// Replaces the angles of a straight segment, because lanes cannot branch.
 /// Not in the kernel: threads can.
 const STAND_IN: f64 = 0.5;
 
-/// Angles both below this are 0: their squares would be no numbers of full precision.
+/// If both angles are below this they count as 0: their squares would lose precision.
 fn straight<S: Scalar>() -> S {
     S::of(<S::Number as Real>::SMALLEST_NORMAL.to_f64().sqrt())
 }
@@ -131,8 +130,8 @@ fn at_piece<S: Scalar>(curve: &Universal, piece: &Piece<S>, a: S, b: S) -> Evalu
     }
 }
 
-/// The segment that starts with a free tangent, and ends at the angle b from its unit chord:
-/// derivatives in b in the second places.
+/// The segment with a free start that ends at the angle b from its unit chord. The derivatives by b
+/// are in the second places.
 #[inline(always)]
 fn evaluate_free<S: Scalar>(curve: &Universal, b: S) -> Evaluation<S> {
     let (zero, one, nu, q) = (S::ZERO, S::ONE, S::of(curve.exponent), S::of(curve.q));

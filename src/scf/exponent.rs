@@ -1,4 +1,5 @@
-//! The exponent of a shape: the ν whose curve through a few of its points comes nearest to it.
+//! [`ExponentSearch`]: finds the exponent of a shape, the ν whose curve through some of its points
+//! comes closest to it.
 
 use super::Smooth;
 use crate::batch::CurveBatch;
@@ -8,32 +9,32 @@ use crate::device::Device;
 use crate::error::{Error, Result};
 use crate::sort;
 
-/// Samples a span at which a curve is compared with the shape.
+/// The samples per span at which a curve is compared with the shape.
 ///
 /// Their chords are within 1/2,000 of a half circle's size of the curve.
 const SAMPLES: usize = 32;
 
-/// The number of exponents tried at first, in equal ratios.
+/// The number of exponents in the first round, in equal ratios.
 const CANDIDATES: usize = 24;
 
-/// The rounds of refinement around the best exponent.
+/// The number of refinement rounds around the best exponent.
 ///
-/// Each round tries as many as the first, between the best one's neighbours.
+/// Each round tries the same number of exponents, between the neighbours of the best one.
 const ROUNDS: usize = 3;
 
-/// The choice of dots among a shape's points.
+/// The choice of dots among the points of a shape.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum DotsOf {
-    /// This many, at equal arc lengths.
+    /// This number of dots, at equal arc lengths.
     ///
-    /// The first point is among them, and of open shapes the last.
+    /// They include the first point and, for open shapes, the last.
     Count(usize),
-    /// The points with these numbers, increasing.
+    /// The points with these indices, in increasing order.
     Points(Vec<usize>),
 }
 
-/// How well an exponent draws a shape.
+/// The deviation of an exponent's curve from a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deviation {
     /// ν
@@ -41,26 +42,26 @@ pub struct Deviation {
     /// The root mean square of the distances of the shape's points from the curve, in units of the
     /// input.
     ///
-    /// Infinite where there is no curve.
+    /// Infinite if there is no curve.
     pub rms: f64,
     /// The largest of the distances.
     pub largest: f64,
 }
 
-/// The exponent of a shape or of a piece of one.
+/// The exponent of a shape or of one of its pieces.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ShapeExponent {
     /// The best exponent, by its root mean square.
     pub best: Deviation,
-    /// All exponents tried, increasing.
+    /// All exponents tried, in increasing order.
     pub profile: Vec<Deviation>,
-    /// The numbers of the shape's points that are dots.
+    /// The indices of the shape's points that are dots.
     pub dots: Vec<usize>,
 }
 
 /// Finds the ν whose curve through some dots of a given shape deviates least from it.
 ///
-/// Alon and Bergmann propose this for characterising handwriting.
+/// Alon and Bergmann propose this to characterise handwriting.
 ///
 /// ```
 /// use faircurve::scf::exponent::{DotsOf, ExponentSearch};
@@ -77,7 +78,7 @@ pub struct ShapeExponent {
 pub struct ExponentSearch {
     /// The points that the curve passes through.
     ///
-    /// 10 at equal arc lengths by default.
+    /// By default 10 at equal arc lengths.
     pub dots: DotsOf,
     /// The smallest and the largest ν tried.
     ///
@@ -97,9 +98,9 @@ impl ExponentSearch {
     /// The shape is a dense list of points, closed or open.
     ///
     /// # Errors
-    /// - Fewer than two dots, or three for closed shapes.
-    /// - Numbers of dots that are not points or do not increase.
-    /// - A range that is not within 1 < ν.
+    /// - Fewer than two dots, or fewer than three for closed shapes.
+    /// - Indices of dots that are out of range or do not increase.
+    /// - A range of exponents that does not increase or is not above 1.
     /// - Points that are not finite.
     pub fn whole(&self, shape: &[[f64; 2]], closed: bool, device: &Device) -> Result<ShapeExponent> {
         let dots = self.choose(shape, closed)?;
@@ -112,7 +113,7 @@ impl ExponentSearch {
         let mut profile: Vec<Deviation> = Vec::new();
         let mut range = [least, most];
         for _ in 0..=ROUNDS {
-            // The last one is the end itself, without rounding.
+            // The last one is exactly the end of the range.
             let step = |k: usize| match k + 1 == CANDIDATES {
                 true => range[1],
                 false => range[0] * (range[1] / range[0]).powf(k as f64 / (CANDIDATES - 1) as f64),
@@ -129,11 +130,11 @@ impl ExponentSearch {
 
     /// The exponents of a shape's pieces, as a profile along the shape.
     ///
-    /// Each piece has this many chords between dots, and is fitted on its own. The rest at the end
-    /// of an open shape is a piece too.
+    /// Each piece has this many chords between dots and is fitted separately. The rest at the end
+    /// of an open shape is also a piece.
     ///
     /// # Errors
-    /// Those of [`whole`](Self::whole), and no chord a piece.
+    /// The errors of [`whole`](Self::whole), and 0 chords per piece.
     pub fn by_piece(
         &self,
         shape: &[[f64; 2]],
@@ -161,7 +162,7 @@ impl ExponentSearch {
         Ok(pieces)
     }
 
-    /// The numbers of the dots.
+    /// The indices of the dots.
     fn choose(&self, shape: &[[f64; 2]], closed: bool) -> Result<Vec<usize>> {
         let refuse = |why: String| Err(Error::argument(why));
         let least = if closed { 3 } else { 2 };
@@ -193,7 +194,7 @@ fn best_of(profile: &[Deviation]) -> usize {
     profile.iter().enumerate().min_by(by_rms).map_or(0, |(k, _)| k)
 }
 
-/// The points nearest to equal arc lengths.
+/// The indices of the points nearest to equal arc lengths.
 fn spread(shape: &[[f64; 2]], closed: bool, count: usize) -> Vec<usize> {
     let n = shape.len();
     let mut lengths = vec![0.0];
@@ -211,7 +212,7 @@ fn spread(shape: &[[f64; 2]], closed: bool, count: usize) -> Vec<usize> {
     (0..count).map(nearest).collect()
 }
 
-/// The deviations of the curves of many exponents, fitted in one batch.
+/// The deviations of the curves of several exponents, fitted in one batch.
 fn deviations(
     shape: &[[f64; 2]],
     closed: bool,
@@ -237,8 +238,8 @@ fn deviations(
     Ok(exponents.iter().enumerate().map(deviation).collect())
 }
 
-/// The root mean square and the largest distance of the shape's points from the curve, between two
-/// dots.
+/// The root mean square and the largest distance of the shape's points from the curve, span by
+/// span.
 fn distances(shape: &[[f64; 2]], closed: bool, dots: &[usize], curve: &[[f64; 2]]) -> (f64, f64) {
     let (mut sum, mut count, mut largest) = (0.0, 0usize, 0.0f64);
     for span in 0..if closed { dots.len() } else { dots.len() - 1 } {
@@ -256,7 +257,7 @@ fn distances(shape: &[[f64; 2]], closed: bool, dots: &[usize], curve: &[[f64; 2]
     ((sum / count.max(1) as f64).sqrt(), largest)
 }
 
-/// The square of the distance of a point from the segment from a to b.
+/// The squared distance of a point from the segment from a to b.
 fn square_from([x, y]: [f64; 2], [ax, ay]: [f64; 2], [bx, by]: [f64; 2]) -> f64 {
     let (dx, dy) = (bx - ax, by - ay);
     let square = dx * dx + dy * dy;
@@ -270,8 +271,8 @@ mod tests {
     use super::*;
     use crate::status::CurveStatus;
 
-    /// A closed curve of the given exponent through uneven dots, densely sampled, and the numbers
-    /// of its dots.
+    /// A densely sampled closed curve of the given exponent through uneven dots, and the indices of
+    /// its dots.
     fn shape(exponent: f64) -> (Vec<[f64; 2]>, Vec<usize>) {
         let dots = [[0.0, 0.0], [2.0, -0.3], [3.1, 0.7], [2.4, 1.9], [0.9, 1.6], [-0.4, 1.1]];
         let batch = CurveBatch::from_slices(&[&dots[..]]).unwrap().closed(true);

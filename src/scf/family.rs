@@ -1,21 +1,21 @@
-//! The two families of segments, and what a search of a curve of either starts from.
+//! The two families of segments, plain and under tension, and the start data of a curve of either.
 
 use super::evaluation::Evaluation;
 use super::problem::{SlopesProblem, Stages};
 use super::tension::{Near, TensionLaw, TensionSpan};
 use super::universal::Universal;
 
-/// The family of a batch's segments, with an entry per exponent.
+/// The family of a batch's segments, with one entry per exponent.
 #[derive(Clone, Copy)]
 pub(super) enum Family<'a> {
     Plain(&'a [Universal]),
     UnderTension(&'a [TensionLaw]),
 }
 
-/// A curve to be searched from its reference directions.
+/// A curve whose tangent angles are searched from its reference directions.
 pub(super) struct SlopesSearch {
     pub problem: SlopesProblem,
-    /// The segments under tension; empty if they are plain, and so are the next two.
+    /// The segments under tension. Empty for plain segments, as are the next two fields.
     pub spans: Vec<TensionSpan>,
     /// Their shapes at the start.
     pub known: Vec<Near>,
@@ -24,15 +24,16 @@ pub(super) struct SlopesSearch {
     pub stages: Stages,
 }
 
-/// Spans that cost less than this part of the most expensive span wait for it: compared with it they weigh nothing, and
-/// their directions would wander.
+/// Spans that cost less than this fraction of the most expensive span wait until it has converged.
+/// Compared with it they have no weight, and their directions would wander.
 const LEVEL: f64 = 1e-4;
 
-/// Levels of cost that are searched one after the other. All that is cheaper is one more.
+/// The number of cost levels that are searched one after the other. Everything cheaper is one more
+/// level.
 const LEVELS: usize = 20;
 
 impl Family<'_> {
-    /// A block of numbers per exponent, as the kernels read it.
+    /// The kernel's block of numbers per exponent.
     pub fn packed(&self) -> Vec<f64> {
         match self {
             Family::Plain(curves) => curves.iter().flat_map(Universal::packed).collect(),
@@ -49,7 +50,8 @@ impl Family<'_> {
         }
     }
 
-    /// The chord of a segment in the unit in which λ is 1, and the unit of its cost there. Both are 1 without tension.
+    /// The chord of a segment in the unit in which λ is 1, and the unit of its cost there. Both are
+    /// 1 without tension.
     pub fn units(&self, search: &SlopesSearch, k: usize) -> [f64; 2] {
         match self {
             Family::Plain(_) => [1.0; 2],
@@ -88,7 +90,7 @@ impl SlopesSearch {
         search
     }
 
-    /// The spans under tension at some turns, followed from what is known of them.
+    /// Evaluates the spans under tension at these turns, following the known shapes.
     pub fn evaluate(&self, laws: &[TensionLaw], turns: &[f64], known: &mut [Near]) -> Vec<Evaluation<f64>> {
         let mut found = Vec::with_capacity(self.spans.len());
         for (k, span) in self.spans.iter().enumerate() {
@@ -98,14 +100,15 @@ impl SlopesSearch {
         found
     }
 
-    /// The stages in which dots become movable. The dots of the most expensive spans at the start come first.
+    /// The stages in which dots become movable. The dots of the spans that are most expensive at
+    /// the start come first.
     ///
     /// With ν = 20 a span costs 10¹⁹ times as much as one ten times as long.
     fn stages(&self) -> Stages {
         let problem = &self.problem;
         let mut costs = Vec::with_capacity(self.found.len());
         for (found, span) in self.found.iter().zip(&problem.spans) {
-            // The dots of a span that does not exist at the start move at once.
+            // The dots of a span without minimiser at the start are movable at once.
             costs.push(if found.exists > 0.0 { span.weight * found.cost } else { f64::INFINITY });
         }
         let dearest = costs.iter().copied().filter(|cost| cost.is_finite()).fold(0.0, f64::max);

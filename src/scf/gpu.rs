@@ -1,4 +1,5 @@
-//! Smooth connection functions on a GPU: the kernels, and single segments. [`search`] has curves.
+//! Smooth connection functions on a GPU: the kernels, and single segments. [`search`] handles
+//! curves.
 
 mod bounds;
 pub(super) mod search;
@@ -20,16 +21,16 @@ use crate::gpu::source::definitions;
 use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, Recording, once, pipeline};
 use crate::precision::Precision;
 
-/// Threads a workgroup.
+/// Threads per workgroup.
 const GROUP: usize = 64;
 
-/// Segments, or dots of curves, in one dispatch at most: on a software driver they take seconds.
+/// The most segments, or dots of curves, per dispatch. On a software driver they take seconds.
 const MOST_TOGETHER: u64 = 1 << 20;
 
-/// Costs in f32 below this may have lost digits, or their derivatives.
+/// Costs in f32 below this may have lost digits, as may their derivatives.
 const LEAST_COST: f64 = 1e-30;
 
-/// Numbers of a segment in `found`.
+/// The numbers per segment in `found`.
 const FOUND: usize = 7;
 
 /// `EvaluationParams` of `evaluation.wgsl`.
@@ -60,7 +61,7 @@ struct SlopesState {
     culprit: u32,
 }
 
-/// The kernels that evaluate segments of a family and advance curves of them.
+/// The kernels that evaluate segments of a family and advance its curves.
 fn search_kernels(family: Family, precision: Precision) -> [KernelKey; 2] {
     [("scf/evaluation.wgsl", "evaluate"), ("scf/slopes.wgsl", "advance")].map(|(path, entry)| {
         let mut definitions = definitions([("GROUP", &GROUP)]);
@@ -76,7 +77,7 @@ fn answer_kernel(precision: Precision) -> KernelKey {
     KernelKey { path: "scf/tension/answer.wgsl", entry: "answer", precision, definitions }
 }
 
-/// The kernels in every form.
+/// All variants of the kernels.
 pub(crate) fn scf_kernels(precision: Precision) -> Vec<KernelKey> {
     let searches = [Family::Plain(&[]), Family::UnderTension(&[])].map(|family| search_kernels(family, precision));
     [searches.as_flattened(), &[answer_kernel(precision)]].concat()
@@ -87,18 +88,18 @@ fn kind(curve: u32, ends: Ends) -> u32 {
     4 * curve + ends as u32
 }
 
-/// The limits of a device for chunks of elements of so many bytes, of which no more than
-/// [`MOST_TOGETHER`] belong in one.
+/// The limits of a device for chunks of elements of this size, with at most [`MOST_TOGETHER`]
+/// elements.
 fn limits(gpu: &Gpu, total_bytes: u64) -> Limits {
     gpu.limits().with_chunks_of(MOST_TOGETHER * total_bytes)
 }
 
-/// Evaluates segments of unit chord, each with the number of its universal curve and the angles at
-/// its ends, all in one dispatch a chunk. Of those that f32 finds no minimiser of, or no cost of
-/// full precision, the CPU has the last word, in f64.
+/// Evaluates segments of unit chord, in one dispatch per chunk. Each segment is given by the index
+/// of its universal curve and its end angles. The CPU evaluates again, in f64, the segments for
+/// which f32 finds no minimiser or no accurate cost.
 ///
 /// # Errors
-/// Those of compiling the kernel and of submissions.
+/// Errors of compiling the kernel and of submissions.
 pub(crate) fn evaluate_on_gpu(
     gpu: &Gpu,
     precision: Precision,
@@ -133,15 +134,15 @@ pub(crate) fn evaluate_on_gpu(
     Ok(found)
 }
 
-/// Whether f32 may have been too coarse for a segment: almost circular ones of small angles it
-/// tends to lose.
+/// Whether f32 may be too coarse for a segment. It tends to fail for almost circular segments of
+/// small angles.
 fn is_doubtful(found: &Evaluation<f64>, angles: [f64; 2]) -> bool {
     let numbers = found.gradient.iter().chain(&found.hessian);
     let coarse = found.cost < LEAST_COST || !found.cost.is_finite() || numbers.into_iter().any(|x| !x.is_finite());
     found.exists == 0.0 || (angles != [0.0; 2] && coarse)
 }
 
-/// Segments of a single curve, whose directions do not turn.
+/// Records the evaluation of segments as those of a single curve whose directions do not turn.
 fn record_segments<'g>(
     mut recording: Recording<'g>,
     curves: &[Universal],

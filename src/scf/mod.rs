@@ -1,25 +1,25 @@
-//! Smooth connection functions: the curves of least ∫|κ|^ν ds through given points, exactly, after
-//! A. Alon and S. Bergmann, *Connecting points by smooth connection functions defines shapes in the
+//! Smooth connection functions: the exact curves of least ∫|κ|^ν ds through given points, after A.
+//! Alon and S. Bergmann, *Connecting points by smooth connection functions defines shapes in the
 //! smoothest possible way*.
 //!
-//! Between two points with given tangents the minimiser obeys |κ|^ν = c cos ψ, ψ the angle of the
-//! tangent from the direction of a force. So every [`Segment`] is a piece of one universal curve
-//! per ν, fixed by one scalar root, and the cost, its gradient and its Hessian in the two end
-//! angles are closed expressions of that root. [`Smooth`] sums them over a curve and finds the
-//! directions at the points by Newton's method. The gradient is the jump of the bending moment, the
-//! Hessian is tridiagonal (cyclic for closed curves). [`exponent`] finds the ν whose curve comes
-//! nearest to a given shape.
+//! Between two points with given tangents the minimiser satisfies |κ|^ν = c cos ψ, with the angle ψ
+//! of the tangent from the direction of a force. Every [`Segment`] is therefore a piece of one
+//! universal curve per ν, determined by one scalar root. The cost, its gradient and its Hessian by
+//! the two end angles are closed expressions of that root. [`Smooth`] sums them over a curve and
+//! finds the directions at the points by Newton's method. The gradient is the jump of the bending
+//! moment, and the Hessian is tridiagonal (cyclic for closed curves). [`exponent`] finds the ν
+//! whose curve comes closest to a given shape.
 //!
 //! | file | holds |
 //! |---|---|
 //! | `universal` | the universal curve of an exponent: moment, displacement, length as polynomials |
-//! | `root` | which piece of it joins two points: the chord condition |
+//! | `root` | the chord condition, which determines the piece that joins two points |
 //! | `evaluation` | cost, gradient and Hessian of a segment |
 //! | `problem`, `slopes`, `workspace` | Newton's method on the tangent angles of many curves |
 //! | `family` | the two families of segments: plain, and under tension |
-//! | `arc`, `segment`, `curves` | where segments run |
+//! | `arc`, `segment`, `curves` | positions along segments |
 //! | `tension` | segments of least ∫(\|κ\|^ν + λ) ds |
-//! | `taut` | whole curves of them |
+//! | `taut` | curves of such segments |
 //! | `shape` | curves that keep the shape of their points |
 //! | `dots`, `start`, `stages`, `smooth` | from points to problems and back |
 

@@ -2,7 +2,7 @@
 
 use super::evaluation::Evaluation;
 
-/// What is known of a segment's ends.
+/// The kinds of a segment's ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Ends {
     /// Both directions are unknowns, or fixed.
@@ -16,7 +16,7 @@ pub(crate) enum Ends {
 }
 
 impl Ends {
-    /// The ends between two directions, NaN where they are free.
+    /// The ends for two directions, NaN if free.
     pub fn between(first: f64, last: f64) -> Self {
         match (first.is_nan(), last.is_nan()) {
             (false, false) => Ends::Directed,
@@ -30,11 +30,11 @@ impl Ends {
 /// A segment of a curve.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Span {
-    /// Angles of the reference directions at its ends from its chord.
+    /// The angles of the reference directions at its ends, from its chord.
     pub angles: [f64; 2],
     /// Its chord length to the power 1 − ν, in units of the curve.
     pub weight: f64,
-    /// Which of the universal curves it is a piece of.
+    /// The index of its universal curve.
     pub curve: u16,
     pub ends: Ends,
 }
@@ -46,22 +46,22 @@ pub(crate) struct SlopesProblem {
     /// ν, the largest of all segments.
     pub exponent: f64,
     pub spans: Vec<Span>,
-    /// 1 where a direction is an unknown, 0 where it is fixed or free.
+    /// 1 if a direction is an unknown, 0 if it is fixed or free.
     pub movable: Vec<f64>,
 }
 
-/// How a curve's search goes.
+/// The state of a curve's search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum SlopesStanding {
     Running = 1,
     Converged,
-    /// No step leads down.
+    /// No step reduces the cost.
     Stalled,
-    /// No step leads down, because segments that lead down have no minimiser.
+    /// No step reduces the cost, because segments in that direction have no minimiser.
     Unattained,
     /// A segment has no minimiser at the start.
     Nowhere,
-    /// Iterations ran out.
+    /// The iterations ran out.
     Exhausted,
 }
 
@@ -70,7 +70,7 @@ impl SlopesProblem {
         self.movable.len()
     }
 
-    /// The dot a segment leads to.
+    /// The dot at the end of a segment.
     pub(super) fn after(&self, span: usize) -> usize {
         if span + 1 == self.dots() { 0 } else { span + 1 }
     }
@@ -81,7 +81,7 @@ impl SlopesProblem {
         [a + turns[span], b + turns[self.after(span)]]
     }
 
-    /// The sum of what all segments cost, and its gradient.
+    /// The total cost of all segments, and its gradient.
     pub(super) fn sum(&self, evaluations: &[Evaluation<f64>]) -> (f64, Vec<f64>) {
         let mut cost = 0.0;
         let mut gradient = vec![0.0; self.dots()];
@@ -99,14 +99,14 @@ impl SlopesProblem {
 pub(crate) struct Stages {
     /// The stage of each dot. Empty if all are movable from the start.
     pub of_dots: Vec<usize>,
-    /// The number of the last stage.
+    /// The index of the last stage.
     pub last: usize,
 }
 
-/// When a search stops.
+/// The stopping criteria of a search.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Until {
-    /// Tolerance of the relative decrement.
+    /// The tolerance of the relative decrement.
     pub tolerance: f64,
     pub iterations: u32,
 }
@@ -114,9 +114,9 @@ pub(crate) struct Until {
 /// The result of a search.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Outcome {
-    /// Turns from the reference directions.
+    /// The turns from the reference directions.
     pub turns: Vec<f64>,
-    /// In the units of the problem.
+    /// The cost in the units of the problem.
     pub cost: f64,
     /// √(gᵀH⁻¹g / cost)
     pub decrement: f64,
@@ -124,7 +124,7 @@ pub(crate) struct Outcome {
     pub standing: SlopesStanding,
     pub iterations: u32,
     pub evaluations: u32,
-    /// The first segment without minimiser in the last trial that failed for it.
+    /// The first segment without minimiser in the last trial that failed for this reason.
     pub culprit: Option<usize>,
 }
 

@@ -1,4 +1,4 @@
-//! Costs and derivatives of many segments at once.
+//! [`evaluate_segments`]: costs and derivatives of many segments at once.
 
 use super::evaluation::Evaluation;
 use super::gpu::evaluate_on_gpu;
@@ -7,36 +7,37 @@ use super::workspace::evaluate_all;
 use crate::device::Device;
 use crate::error::{Error, Result};
 
-/// A segment asked for: a chord, the angles of the two end tangents from it, and ν.
+/// A query for a segment: its chord, the angles of both end tangents from the chord, and ν.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Query {
-    /// Length of the chord, > 0.
+    /// The length of the chord, positive.
     pub chord: f64,
-    /// Angles of the tangents at both ends from the chord, in radians from −π to π.
+    /// The angles of the tangents at both ends from the chord, in radians from −π to π.
     pub angles: [f64; 2],
     /// ν > 1
     pub exponent: f64,
 }
 
-/// What a segment costs.
+/// The cost of a segment, with its derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cost {
     /// ∫|κ|^ν ds
     pub cost: f64,
-    /// Derivatives in the angles of the first and of the last tangent: −ν and ν times the bending
-    /// moments |κ|^{ν−1} sgn κ there.
+    /// The derivatives by the angles of the first and the last tangent: −ν and ν times the bending
+    /// moments
+    /// |κ|^{ν−1} sgn κ there.
     pub gradient: [f64; 2],
-    /// Second derivatives: in the first angle, in both, in the last.
+    /// The second derivatives: by the first angle, by both, by the last.
     pub hessian: [f64; 3],
 }
 
-/// The cost of the cheapest segment for every query, with its derivatives; `None` where there is no
+/// The cost of the cheapest segment for every query, with its derivatives. `None` if there is no
 /// minimiser.
 ///
-/// Relative errors of costs are about 1e-13 in f64; of segments that hardly turn, second
-/// derivatives are good to ε/turning². The universal curve of every exponent asked for is computed
-/// once: many segments of few exponents are fastest, several million a second on two cores. On a
-/// GPU segments of all exponents are evaluated together, in f64 where the adapter has it; in f32,
+/// Relative errors of costs are about 1e-13 in f64. For segments that hardly turn, second
+/// derivatives have an error of ε/turning². The universal curve of each exponent is computed once,
+/// so many segments of few exponents are fastest: several million per second on two cores. On a GPU
+/// the segments of all exponents are evaluated together, in f64 if the adapter supports it. In f32,
 /// costs of unit chord below 1.2e-38 count as 0.
 ///
 /// ```
@@ -50,8 +51,8 @@ pub struct Cost {
 /// ```
 ///
 /// # Errors
-/// A chord that is not positive, an angle beyond ±π, an exponent that is not above 1, or what is
-/// not finite, with the number of the query; on a GPU what becomes of submissions.
+/// A chord that is not positive, an angle beyond ±π, an exponent that is not above 1, or a number
+/// that is not finite. The error contains the index of the query. On a GPU, errors of submissions.
 pub fn evaluate_segments(queries: &[Query], device: &Device) -> Result<Vec<Option<Cost>>> {
     for (number, query) in queries.iter().enumerate() {
         check(number, query)?;
@@ -84,7 +85,7 @@ pub fn evaluate_segments(queries: &[Query], device: &Device) -> Result<Vec<Optio
     Ok(costs)
 }
 
-/// From the unit chord to the query's own.
+/// Scales from the unit chord to the query's chord.
 fn scaled(found: &Evaluation<f64>, query: &Query) -> Option<Cost> {
     let weight = query.chord.powf(1.0 - query.exponent);
     (found.exists > 0.0).then(|| Cost {

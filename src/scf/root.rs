@@ -1,24 +1,25 @@
-//! The chord condition of a segment: which piece of the universal curve joins two points with given
-//! tangents.
+//! The chord condition of a segment: determines the piece of the universal curve that joins two
+//! points with given tangents.
 //!
-//! Mirrored and reversed as need be, every pair of end angles (from the chord) becomes
-//! **canonical**: a ≥ b, a + b ≤ 0, so that the curve ends at its more curved side. The piece then
-//! runs from T₀ to t₁ = |T₀| + (a − b) on the universal curve, with κ < 0 where T > 0 and an
-//! inflection at T = 0 where T₀ < 0; t = |T|. The force has the direction φ = a − π/2 + t₀, the
-//! chord the direction 0:
+//! By mirroring and reversal, every pair of end angles (from the chord) becomes **canonical**: a ≥
+//! b and a + b ≤ 0, so that the curve ends at its more curved side. With t = |T|, the piece then
+//! runs from T₀ to t₁ = |T₀| + (a − b) on the universal curve. κ < 0 where T > 0, and there is an
+//! inflection at T = 0 if T₀ < 0. The force has the direction φ = a − π/2 + t₀, and the chord the
+//! direction 0:
 //!
 //! ```text
 //! along = J(t₁) ∓ J(t₀),   across = (S(t₁) ∓ S(t₀))/q,   g(t₀) = φ + atan2(across, along) = 0,   |φ| < π/2
 //! ```
 //!
-//! − without, + with an inflection. If g ≥ 0 at t₀ = 0 there is exactly one root without
-//! inflection, else none; with one there are up to two, g being concave, and the first from below
-//! is the cheaper. So Newton's method from below converges monotonically, in the variable in which
-//! g is nearest to linear: the ratio of the moments without an inflection (linear, and met at once,
-//! for ν = 2 and small angles), t₀^q, the moment at the start, or t₀ with one. In t₀^q, for ν near
-//! 1, g may bend the other way: steps that lead past what might be two roots are taken back, and g
-//! is followed in t₀, in which it is concave. a − b ≥ π leaves no room for a root, but for a = −b =
-//! π/2, the half arch, which is met as far as angles can be told apart.
+//! The sign is − without and + with an inflection. If g ≥ 0 at t₀ = 0 there is exactly one root
+//! without inflection, otherwise none. With an inflection there are up to two roots, since g is
+//! concave, and the first from below is the cheaper one. Newton's method from below therefore
+//! converges monotonically, in the variable in which g is nearest to linear. Without an inflection
+//! this is the ratio of the moments (exactly linear for ν = 2 and small angles). With one it is
+//! t₀^q, the moment at the start, or t₀. In t₀^q, for ν near 1, g may be convex: steps that lead
+//! past what might be two roots are taken back, and g is followed in t₀, in which it is concave.
+//! There is no root if a − b ≥ π, except the half arch a = −b = π/2, which is included as far as
+//! angles can be distinguished.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -26,41 +27,41 @@ use super::trig::{first_quadrant_angle, sine_cosine};
 use super::universal::Universal;
 use crate::linalg::{Real, Scalar};
 
-/// Newton's steps at most; the most ever seen are 15 (ν = 1.05).
+/// The most Newton steps. The most ever seen are 15 (ν = 1.05).
 const MOST_STEPS: usize = 60;
 
-/// Where h/m is less than this, differences come from series: see [`Universal::difference_series`].
+/// If h/m is less than this, differences come from series: see [`Universal::difference_series`].
 pub(crate) const CLOSE: f64 = 0.125;
 
-/// After a last, small step g is no larger than this part of the angles, or the step was small for
-/// another reason.
+/// The largest g after a last, small step, relative to the angles. If g is larger, the step was
+/// small for another reason.
 const NEAR: f64 = 1e-3;
 
-/// A Newton step s of this part of √ε is the last: it leaves an error of s².
+/// A Newton step s of this fraction of √ε is the last: it leaves an error of s².
 const LAST_STEP: f64 = 0.1;
 
-/// So many steps of that size are enough in any case: each leaves a part 1/(ν − 1) of the error at
-/// most, down to rounding.
+/// This many steps of that size suffice in any case. Each leaves at most a fraction 1/(ν − 1) of
+/// the error, down to rounding.
 const SMALL_STEPS: f64 = 6.0;
 
-/// From this cosine of t₁ on, a sixteenth from its end at π, digits lost by t₁ are those of its
-/// moment.
+/// Below this cosine t₁ is within 1/16 rad of its end at π, and the digits that t₁ loses are those
+/// of its moment.
 const EDGE: f64 = -0.998;
 
-/// The largest part of the way to where the room ends that a step may take.
+/// The largest step, as a fraction of the distance to the end of the interval.
 const REACH: f64 = 0.9;
 
-/// No sine is smaller: the smallest normal number of f32, in f64 too.
+/// The least sine: the smallest normal number of f32, also in f64.
 const LEAST_SINE: f64 = 1.1754943508222875e-38;
 
-/// A pair of end angles, canonical, and how it became so.
+/// A canonical pair of end angles, and how it was obtained.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Canonical<S> {
     /// a ≥ b, a + b ≤ 0
     pub angles: [S; 2],
-    /// −1 where mirrored, else 1.
+    /// −1 if mirrored, else 1.
     pub mirrored: S,
-    /// 1 where the ends changed places, else −1.
+    /// 1 if the ends were exchanged, else −1.
     pub swapped: S,
 }
 
@@ -69,7 +70,7 @@ impl<S: Scalar> Canonical<S> {
     pub fn of(a: S, b: S) -> Self {
         let mirrored = (b - a).if_positive(-S::ONE, S::ONE);
         let (a, b) = (mirrored * a, mirrored * b);
-        // A half turn is the limit, and as a number it may round to either side.
+        // A half turn is the limit, and may round to either side.
         let slack = 4.0 * <S::Number as Real>::EPSILON.to_f64();
         let beyond = a - b - S::of(PI * (1.0 - slack));
         let inside = beyond.if_positive(S::of(2.0 * slack * PI) - beyond, -S::ONE);
@@ -79,14 +80,14 @@ impl<S: Scalar> Canonical<S> {
         Canonical { angles: [swapped.if_positive(-b, a), swapped.if_positive(-a, b)], mirrored, swapped }
     }
 
-    /// First and last as they were before the ends changed places.
+    /// Restores the order of first and last before the exchange of the ends.
     #[inline(always)]
     pub fn restore(&self, [first, last]: [S; 2]) -> [S; 2] {
         [self.swapped.if_positive(last, first), self.swapped.if_positive(first, last)]
     }
 }
 
-/// A piece of the universal curve, and how its chord lies.
+/// A piece of the universal curve, with the position of its chord.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece<S> {
     /// t₀ and t₁
@@ -101,20 +102,20 @@ pub(crate) struct Piece<S> {
     pub moment: [S; 2],
     /// t₀^q, where t₀ ≤ π/2
     pub power: S,
-    /// Displacement in the direction of the force, and across it.
+    /// The displacement in the direction of the force, and orthogonal to it.
     pub along: S,
     pub across: S,
-    /// Displacement across and along the chord's proper direction: D sin g, D cos g.
+    /// The displacement orthogonal to and along the chord's required direction: D sin g, D cos g.
     pub miss: [S; 2],
     /// D, the chord's length.
     pub chord: S,
-    /// e = sin^{1−q} t₀, finite where dS/dt is not.
+    /// e = sin^{1−q} t₀, which is finite even if dS/dt is not.
     pub soft: S,
     /// e dg/dt₀
     pub slope: S,
 }
 
-/// The known parts of a problem: a and b canonical, η = (a + b)/2, 2h = a − b.
+/// The given quantities of a problem: a and b canonical, η = (a + b)/2, 2h = a − b.
 #[derive(Clone, Copy, Debug)]
 struct Given<S> {
     sine_a: S,
@@ -172,7 +173,7 @@ impl<S: Scalar> Given<S> {
             soft,
             slope: soft * late - side * (along * cosine0 - across * sine0) / square,
         };
-        // Only without an inflection do the ends' values all but cancel.
+        // Only without an inflection do the values at both ends almost cancel.
         let close = S::of(CLOSE) * (t0 + S::of(0.5) * self.turning) - S::of(0.5) * self.turning;
         let close = side.if_positive(close, -S::ONE);
         if (0..S::LANES).any(|lane| close.lane(lane) > S::Number::ZERO) {
@@ -181,8 +182,9 @@ impl<S: Scalar> Given<S> {
         piece
     }
 
-    /// The same where both ends are near each other, from the series at the middle m: the chord's
-    /// direction from the force is −η at tan = u = cos m (Q − P)/(P sin m + Q cos² m / sin m).
+    /// The same piece for ends that are close together, from the series at the midpoint m. The
+    /// angle from the force to the chord is −η at tan = u = cos m (Q − P)/(P sin m + Q cos² m / sin
+    /// m).
     #[inline(never)]
     fn close(&self, curve: &Universal, piece: &Piece<S>, close: S) -> Piece<S> {
         let [sine0, cosine0] = [piece.sine[0], piece.cosine[0]];
@@ -223,22 +225,22 @@ fn smaller<S: Scalar>(x: S, y: S) -> S {
     (y - x).if_positive(x, y)
 }
 
-/// The cheapest piece for canonical angles, and 1 where there is one, else 0. Angles may be 0 only
-/// one at a time.
+/// The cheapest piece for canonical angles, and 1 if there is one, else 0. At most one of the
+/// angles may be 0.
 #[inline(always)]
 pub(crate) fn cheapest<S: Scalar>(curve: &Universal, angles: [S; 2]) -> (Piece<S>, S) {
     let given = Given::of(angles);
     let [a, b] = angles;
     let (zero, one, q) = (S::ZERO, S::ONE, S::of(curve.q));
     let at_inflection = given.piece(curve, zero, one);
-    // 1 without, −1 with an inflection: from a < 0 on, a curve that turns right never comes back to
-    // its chord.
+    // 1 without, −1 with an inflection: from a < 0, a curve that turns right never returns to its
+    // chord.
     let side = (-a).max(-at_inflection.miss[0]).if_positive(-one, one);
-    // Without: t₀ from the ratio of moments R that splines have; with: from below, where φ > −π/2.
+    // Without: t₀ from the ratio of moments R of splines. With: from below, where φ > −π/2.
     let ratio = ((S::of(2.0) * a + b) / (-(a + S::of(2.0) * b))).max(zero);
     let ratio = smaller(ratio, one);
     let mut t0 = side.if_positive(given.start_of(curve.root(ratio)), (-a).max(zero));
-    // Room: t₁ < π and φ < π/2.
+    // The interval: t₁ < π and φ < π/2.
     let room = S::of(PI) - given.turning.max(a).max(zero);
     let mut low = t0;
     let tolerance = <S::Number as Real>::EPSILON.to_f64();
@@ -250,7 +252,7 @@ pub(crate) fn cheapest<S: Scalar>(curve: &Universal, angles: [S; 2]) -> (Piece<S
     let mut found = zero;
     let mut live = room;
     let (mut last, mut small_steps) = (zero, zero);
-    // Steps in t₀ never lead past the root, those in w may.
+    // Steps in t₀ never overshoot the root. Steps in w may.
     let mut careful = (-a).if_positive(one, -one);
     let mut piece;
     let mut step = 0;
@@ -260,10 +262,10 @@ pub(crate) fn cheapest<S: Scalar>(curve: &Universal, angles: [S; 2]) -> (Piece<S
             break;
         }
         step += 1;
-        // 2 tan(g/2): as g near 0, and without an arctangent.
+        // 2 tan(g/2) agrees with g near 0, and needs no arctangent.
         let miss = S::of(2.0) * piece.miss[0] / (piece.chord + piece.miss[1]);
         let enough = last.if_positive(near, noise);
-        // Near the end of the room sin t₁ has lost digits.
+        // Near the end of the interval sin t₁ has lost digits.
         let edge = (S::of(EDGE) - piece.cosine[1])
             .if_positive(edge_noise * piece.moment[1] / (piece.sine[1] * piece.chord), zero);
         let done = enough.max(edge) - miss.abs();
@@ -275,7 +277,7 @@ pub(crate) fn cheapest<S: Scalar>(curve: &Universal, angles: [S; 2]) -> (Piece<S
         let by_ratio = stretch * piece.slope * piece.moment[1] * piece.sine[1] / (q * given.sine_turning);
         let next_ratio = (ratio - miss / by_ratio).max(zero);
         let next_ratio = smaller(next_ratio, one);
-        // With: in t₀, or in w = t₀^q where that may be near 0.
+        // With: in t₀, or in w = t₀^q where t₀ may be near 0.
         let by_start = stretch * piece.slope / piece.soft;
         let w = piece.power;
         let lift = t0.if_positive(piece.moment[0] * t0 / (w * piece.sine[0]), one);
@@ -289,26 +291,27 @@ pub(crate) fn cheapest<S: Scalar>(curve: &Universal, angles: [S; 2]) -> (Piece<S
         let most = t0 + S::of(REACH) * (room - t0);
         let newton = smaller(newton, most);
         let inflected = rises.if_positive(newton, S::of(0.5) * (low + t0));
-        // Below the root and falling, or at the end of the room: g, being concave, never reaches 0.
+        // If g is below 0 and falling, or at the end of the interval, it never reaches 0, since it
+        // is concave.
         let ended = (t0 - (one - last_step) * room).max(-rises);
         let past = ended.if_positive((-miss).if_positive(one, -one), -one);
-        // From beyond the root back to where g rose already: to and fro, else.
+        // A step from beyond the root back to where g already rose would oscillate.
         let returns = careful.if_positive(-one, miss.if_positive((newton - low).if_positive(-one, rises), -one));
         let past = side.if_positive(-one, past.max(returns));
         let hopeless = careful.if_positive(past, -one);
         live = hopeless.if_positive(-one, live);
-        // From where g last rose below 0 on in t₀; where that is only t₀ = 0, where t₀ does not
-        // move, half the way in w there first.
+        // Continues in t₀ from where g last rose below 0. If that is only t₀ = 0, where t₀ does not
+        // move, halves w first.
         let back = low.if_positive(low, half_way * t0);
         let inflected = past.if_positive(back, inflected);
         let next = side.if_positive(given.start_of(root), inflected);
-        // Moments are measured by the larger, which is at the end.
+        // Moments are relative to the larger one, at the end.
         let scale = side.if_positive(one, late.if_positive(t0, piece.moment[1]));
         let moved = side.if_positive(next_ratio - ratio, moved);
         let small = past.if_positive(zero, (last_step * scale - moved.abs()).if_positive(one, zero));
         small_steps = live.if_positive(small_steps + small, small_steps);
-        // An inflection near an end, for ν > 2, leaves g without a second derivative there: an
-        // error of s²/R, or s² R.
+        // For ν > 2, an inflection near an end leaves g without a second derivative there. The
+        // error is then s²/R, or s² R.
         let bend = if curve.exponent > 2.0 { smaller(ratio, one / ratio).sqrt() } else { one };
         let small = small * (last_step * scale * bend - moved.abs()).if_positive(one, zero);
         let small = small.max((small_steps - S::of(SMALL_STEPS - 0.5)).if_positive(one, zero));
@@ -324,8 +327,8 @@ pub(crate) fn cheapest<S: Scalar>(curve: &Universal, angles: [S; 2]) -> (Piece<S
 }
 
 impl<S: Scalar> Given<S> {
-    /// t₀ at which the moments have the ratio R = S(t₀)/S(t₁): tan t₀ = ρ sin 2h / (1 − ρ cos 2h),
-    /// ρ = R^{1/q} = sin t₀/sin t₁.
+    /// t₀ for the ratio R = S(t₀)/S(t₁) of the moments: tan t₀ = ρ sin 2h / (1 − ρ cos 2h) with ρ =
+    /// R^{1/q} = sin t₀/sin t₁.
     #[inline(always)]
     fn start_of(&self, rho: S) -> S {
         first_quadrant_angle(rho * self.sine_turning, S::ONE - rho * self.cosine_turning)
@@ -333,7 +336,7 @@ impl<S: Scalar> Given<S> {
 }
 
 /// The piece that starts at an inflection (a free end, without moment) and ends at the angle b < 0,
-/// and 1 where there is one, else 0.
+/// and 1 if there is one, else 0.
 #[inline(always)]
 pub(crate) fn from_inflection<S: Scalar>(curve: &Universal, b: S) -> (Piece<S>, S) {
     let (zero, one, q) = (S::ZERO, S::ONE, S::of(curve.q));
@@ -383,15 +386,15 @@ pub(crate) fn from_inflection<S: Scalar>(curve: &Universal, b: S) -> (Piece<S>, 
         let most = t + S::of(0.5) * (S::of(PI) - t);
         let next = smaller(next, most);
         let next = next.max(S::of(0.1) * t);
-        // Where g does not rise with t any more there is no root beyond.
+        // If g does not increase with t any more, there is no root beyond.
         live = slope.if_positive(live, -one);
         last = live.if_positive((last_step * t - (next - t).abs()).if_positive(one, zero), last);
         t = live.if_positive(next, t);
     }
 }
 
-/// The other piece with an inflection for canonical angles, where there is one beyond that which
-/// starts at t₀: g has risen there, and falls below 0 again before the room ends.
+/// The other piece with an inflection for canonical angles, if there is one beyond the piece that
+/// starts at t₀: g has risen there, and falls below 0 again within the interval.
 pub(crate) fn second(curve: &Universal, angles: [f64; 2], t0: f64) -> Option<Piece<f64>> {
     let given = Given::of(angles);
     let room = PI - given.turning.max(angles[0]).max(0.0);
@@ -399,7 +402,7 @@ pub(crate) fn second(curve: &Universal, angles: [f64; 2], t0: f64) -> Option<Pie
         let piece = given.piece(curve, t, -1.0);
         piece.miss[0].atan2(piece.miss[1])
     };
-    // The first root may be double: start where g has risen for certain, or falls at once.
+    // The first root may be double: starts where g has certainly risen, or falls at once.
     let step = (room - t0) * f64::EPSILON.sqrt();
     let (mut low, mut high) = (t0 + step, room * (1.0 - f64::EPSILON));
     if !(low < high && miss(low) > 0.0 && miss(high) < 0.0) {

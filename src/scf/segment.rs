@@ -10,17 +10,16 @@ use super::universal::Universal;
 /// Bergmann.
 ///
 /// In the frame of its chord it runs from (0, 0) to (chord, 0), with end tangents at the angles a
-/// and b from the chord. Its curvature is |κ|^ν = c cos ψ, ψ the angle of the tangent from the
-/// direction of a force. So it is a piece of one universal curve per ν, with at most one inflection.
-/// Costs and points are good to about 1e-13 relative.
+/// and b from the chord. Its curvature satisfies |κ|^ν = c cos ψ, with the angle ψ of the tangent
+/// from the direction of a force. It is therefore a piece of one universal curve per ν, with at
+/// most one inflection. Costs and points have relative errors of about 1e-13.
 ///
-/// Not every pair of angles has a minimiser: if a − b is π or more, and for larger ν well
-/// before, curves grow ever larger and cheaper. A segment is the cheapest of the stationary
-/// curves with at most one inflection, a local minimum. Curves with more turn by π from one
-/// inflection to the next, as no minimiser does.
+/// Not every pair of angles has a minimiser: if a − b is π or more, and for larger ν well before,
+/// curves become ever larger and cheaper. A segment is the cheapest of the stationary curves with
+/// at most one inflection, and a local minimum. A curve with more inflections turns by π from one
+/// to the next, which no minimiser does.
 ///
-/// Flat pieces: κ = 0 in single points only, for every ν; for ν > 2 the curvature has an infinite
-/// slope there.
+/// κ = 0 only at single points, for every ν. For ν > 2 the curvature has an infinite slope there.
 ///
 /// ```
 /// use faircurve::scf::Segment;
@@ -41,17 +40,18 @@ pub struct Segment {
 }
 
 impl Segment {
-    /// The cheapest segment over a chord of this length, with tangents at these angles from it
-    /// (radians, from −π to π), for ν > 1.
+    /// The cheapest segment over a chord of this length, for end tangents at these angles from it
+    /// (radians, from −π to π) and ν > 1.
     ///
-    /// `None` where there is no minimiser, and for a chord that is not positive, ν that is not
-    /// above 1, and numbers that are not finite.
+    /// `None` if there is no minimiser, the chord is not positive, ν is not above 1, or a number is
+    /// not finite.
     pub fn between(chord: f64, angles: [f64; 2], exponent: f64) -> Option<Self> {
         let curve = universal(chord, angles, exponent)?;
         Some(Segment { arc: Arc::cheapest(&curve, chord, angles)?, curve })
     }
 
-    /// All stationary segments with one inflection at most, two at most, the cheapest first.
+    /// All stationary segments with at most one inflection, the cheapest first. There are at most
+    /// two.
     pub fn stationary(chord: f64, angles: [f64; 2], exponent: f64) -> Vec<Self> {
         let Some(curve) = universal(chord, angles, exponent) else { return Vec::new() };
         let segment = |arc: Arc| Segment { arc, curve: curve.clone() };
@@ -68,13 +68,13 @@ impl Segment {
         self.arc.cost(&self.curve)
     }
 
-    /// Arc length.
+    /// The arc length.
     pub fn length(&self) -> f64 {
         self.arc.length(&self.curve)
     }
 
-    /// The direction φ of the force, from the chord: |κ|^ν is proportional to cos(θ − φ). 0 where
-    /// the segment is straight.
+    /// The direction φ of the force, from the chord: |κ|^ν is proportional to cos(θ − φ). 0 if the
+    /// segment is straight.
     pub fn force_direction(&self) -> f64 {
         self.arc.force_direction()
     }
@@ -84,13 +84,13 @@ impl Segment {
         self.arc.has_inflection()
     }
 
-    /// Curvatures at both ends, positive to the left.
+    /// The curvatures at both ends, positive to the left.
     pub fn curvatures(&self) -> [f64; 2] {
         self.arc.curvatures(&self.curve)
     }
 
-    /// Bending moments |κ|^{ν−1} sgn κ at both ends: the cost's derivatives in the end angles are
-    /// −ν and ν times these.
+    /// The bending moments |κ|^{ν−1} sgn κ at both ends. The cost's derivatives by the end angles
+    /// are −ν and ν times these.
     pub fn moments(&self) -> [f64; 2] {
         self.curvatures().map(|curvature| curvature.signum() * curvature.abs().powf(self.curve.exponent - 1.0))
     }
@@ -101,20 +101,20 @@ impl Segment {
         self.arc.at(&self.curve, (arc_length / self.length()).clamp(0.0, 1.0)).0
     }
 
-    /// The sites at which the tangent has an angle from the chord: none, one, or two if the
+    /// The sites at which the tangent has this angle from the chord: none, one, or two if the
     /// segment has an inflection.
     #[doc(hidden)]
     pub fn at_angle(&self, angle: f64) -> Vec<Site> {
         self.arc.at_angle(angle).into_iter().map(|t| self.arc.site(&self.curve, t)).collect()
     }
 
-    /// Points of a polyline that keeps within `tolerance` (units of the chord, > 0) of the segment,
-    /// both ends among them. Where it curves more they are denser.
+    /// The points of a polyline within `tolerance` (in units of the chord, > 0) of the segment,
+    /// including both ends. Points are denser where it curves more.
     pub fn polyline(&self, tolerance: f64) -> Vec<[f64; 2]> {
         let length = self.length();
         let mut points = vec![[0.0, 0.0]];
-        // Between two tangents an arc of length s that turns by τ keeps within s |τ|/8 of its
-        // chord, and s²κ/8 where κ is the largest.
+        // Between two tangents, an arc of length s that turns by τ deviates by at most s |τ|/8 from
+        // its chord, and by s²κ/8 for the largest curvature κ.
         let mut pending = vec![(0.0, 1.0, MOST_HALVINGS)];
         while let Some((from, to, halvings)) = pending.pop() {
             let middle = 0.5 * (from + to);
@@ -131,8 +131,8 @@ impl Segment {
         points
     }
 
-    /// Control points of cubic Béziers, G¹, within `tolerance` (units of the chord, > 0) of the
-    /// segment: see [`Curve::beziers`](crate::Curve::beziers).
+    /// The control points of G¹ cubic Béziers within `tolerance` (in units of the chord, > 0) of
+    /// the segment: see [`Curve::beziers`](crate::Curve::beziers).
     pub fn beziers(&self, tolerance: f64) -> Vec<[[f64; 2]; 4]> {
         let chain = Chain::one(self.arc, &self.curve);
         let universal = std::slice::from_ref(&*self.curve);
@@ -142,7 +142,7 @@ impl Segment {
     }
 }
 
-/// Halvings at most: 2¹⁶ points are more than any tolerance above rounding asks for.
+/// The most halvings: 2¹⁶ points are more than any tolerance above rounding needs.
 const MOST_HALVINGS: u32 = 16;
 
 fn universal(chord: f64, angles: [f64; 2], exponent: f64) -> Option<sync::Arc<Universal>> {

@@ -1,6 +1,7 @@
-//! Smooth connection functions that keep the shape of their points: which do, and what the others become.
+//! Smooth connection functions that keep the shape of their points: checks the curves, and refits
+//! those that do not.
 //!
-//! Computed in f64 on the host, on every device: few curves need it.
+//! Computed in f64 on the host, on every device, because few curves need it.
 
 mod mend;
 mod room;
@@ -19,24 +20,24 @@ use crate::report::{CurveReport, LimitReport};
 use crate::sides::{self, Asked};
 use crate::status::CurveStatus;
 
-/// Jets a span by which curvature to the other side is measured.
+/// The jets per span at which curvature of the wrong sign is measured.
 const JETS: usize = 32;
 
-/// How a curve keeps the shape of its points.
+/// How well a curve keeps the shape of its points.
 pub(super) struct Shaped {
     limits: LimitReport,
-    /// What the search for its directions does not say.
+    /// The message about the shape, if any.
     said: Option<Said>,
 }
 
-/// What was found of a curve, and how it keeps its shape.
+/// The result for a curve, with its shape report.
 pub(super) type Kept = (Found, Option<Chain>, Option<Shaped>);
 
-/// A curve that was mended.
+/// A refitted curve.
 struct Mended {
     found: Found,
     chain: Chain,
-    /// Ends of spans that their side holds.
+    /// The number of span ends at which the constraint is active.
     held: usize,
     said: Option<Said>,
 }
@@ -44,7 +45,7 @@ struct Mended {
 /// A status, the dot that it concerns, and a sentence.
 type Said = (CurveStatus, usize, String);
 
-/// How curves that break the shape of their points are mended.
+/// Refits curves that violate the shape of their points.
 pub(super) struct ShapeSearch<'a> {
     pub starts: Starts,
     pub until: Until,
@@ -54,7 +55,7 @@ pub(super) struct ShapeSearch<'a> {
 }
 
 impl ShapeSearch<'_> {
-    /// Mends the curves that break the shape of their points.
+    /// Refits the curves that violate the shape of their points.
     pub fn mend_all(&self, dots: &[&Dots], found: Vec<(Found, Option<Chain>)>) -> Vec<Kept> {
         parallel::of(found.into_iter().zip(dots), |((found, chain), dots)| self.shaped(dots, found, chain))
     }
@@ -74,7 +75,7 @@ impl ShapeSearch<'_> {
             let shaped = chain.as_ref().map(|chain| Shaped { limits: limits(chain, 0.0, 0, 0.0), said: None });
             return (found, chain, shaped);
         }
-        // Found here again, so that the result is the same bits whatever device found the curve.
+        // The CPU repeats the search, so that the result has the same bits on every device.
         let (found, chain) = if self.is_gpu { self.found_here(dots, found, chain) } else { (found, chain) };
         let is_minimum = found.standing == SlopesStanding::Converged;
         let mended = along_lines(dots, &asked).and_then(|lined| {
@@ -88,7 +89,8 @@ impl ShapeSearch<'_> {
             mended.map_err(|short| infeasible(dots, &asked, short))
         });
         let said = match mended {
-            // Where there is no minimum without sides, what is reached with them says no more.
+            // Without a minimum for the unconstrained curve, the result with constraints gives no
+            // more information.
             Ok(mended) if !is_minimum && mended.found.standing != SlopesStanding::Converged => None,
             Ok(Mended { found: mended, chain, held, said }) => {
                 let cost = if is_minimum { mended.cost / found.cost - 1.0 } else { f64::NAN };
@@ -104,7 +106,7 @@ impl ShapeSearch<'_> {
         (found, chain, shaped)
     }
 
-    /// What the CPU finds of a curve.
+    /// The CPU's result for a curve.
     fn found_here(&self, dots: &Dots, found: Found, chain: Option<Chain>) -> (Found, Option<Chain>) {
         let exponents = self.exponents;
         let mut workspace = Workspace::new(exponents.universal.len());
@@ -116,7 +118,7 @@ impl ShapeSearch<'_> {
         (Found { on_cpu: true, ..again }, chain)
     }
 
-    /// The curve that keeps its shape.
+    /// The least-energy curve that keeps its shape.
     ///
     /// # Errors
     /// The end of a span that does not turn to its side in any curve found.
@@ -172,7 +174,7 @@ impl ShapeSearch<'_> {
     }
 }
 
-/// At which dot no curve is found that has its side, and why.
+/// The dot whose side no curve keeps, and the message.
 fn infeasible(dots: &Dots, asked: &[Asked], short: Short) -> (usize, String) {
     let Short { span, end } = short;
     let side = if asked[span].ends[end] > 0.0 { "left" } else { "right" };
@@ -187,7 +189,7 @@ fn infeasible(dots: &Dots, asked: &[Asked], short: Short) -> (usize, String) {
     (dot, what)
 }
 
-/// A report that says how the curve keeps its shape.
+/// Adds the shape result to a report.
 pub(super) fn with_shape(
     mut report: CurveReport,
     shaped: Option<Shaped>,
@@ -203,10 +205,11 @@ pub(super) fn with_shape(
     report
 }
 
-/// The dots with the directions of lines of points for tangents; `None` where there is no line.
+/// The dots with the directions of collinear points as tangents. `None` if there are no collinear
+/// points.
 ///
 /// # Errors
-/// The dot at which no direction keeps all lines, and a sentence.
+/// A dot at which no direction keeps all lines, and a message.
 fn along_lines(dots: &Dots, asked: &[Asked]) -> Result<Option<Dots>, (usize, String)> {
     if !asked.iter().any(|asked| asked.straight) {
         return Ok(None);
@@ -235,7 +238,7 @@ fn along_lines(dots: &Dots, asked: &[Asked]) -> Result<Option<Dots>, (usize, Str
     Ok(Some(lined))
 }
 
-/// The smaller turn of the polygon at the ends of a span, where there is one; 1 where there is none.
+/// The smaller turn of the polygon at the ends of a span; 1 if there is no turn.
 fn size_of_turns(dots: &Dots, span: usize) -> f64 {
     let (chords, n) = (&dots.chords.directions, dots.points.len());
     let turn = |dot: usize| {
@@ -246,8 +249,8 @@ fn size_of_turns(dots: &Dots, span: usize) -> f64 {
     [span, (span + 1) % n].into_iter().filter_map(turn).reduce(f64::min).unwrap_or(1.0)
 }
 
-/// Whether all spans have the sides asked for at their ends, which have all there are: with one inflection at most,
-/// ends that agree leave none.
+/// Whether all spans have the required sign of curvature at both ends. This suffices: a segment has
+/// at most one inflection, so ends of equal sign leave none.
 fn keeps(chain: &Chain, asked: &[Asked], exponents: &Exponents) -> bool {
     let arcs = chain.segments.iter().filter_map(|laid| match &laid.arc {
         Piece::Arc(arc) if arc.chord > 0.0 => {
@@ -262,7 +265,7 @@ fn keeps(chain: &Chain, asked: &[Asked], exponents: &Exponents) -> bool {
     arcs.zip(asked).all(keeps)
 }
 
-/// The largest curvature to another side than asked for, in units of 1 over the mean chord.
+/// The largest curvature of the wrong sign, in units of 1 over the mean chord.
 fn violation(chain: &Chain, asked: &[Asked], dots: &Dots, exponents: &Exponents) -> f64 {
     let mean = dots.chords.lengths.iter().sum::<f64>() / dots.chords.lengths.len() as f64;
     let mut worst = 0.0f64;
@@ -282,7 +285,7 @@ fn violation(chain: &Chain, asked: &[Asked], dots: &Dots, exponents: &Exponents)
     worst
 }
 
-/// The length of a curve over the length of its polygon.
+/// The length of a curve divided by the length of its polygon.
 fn stretch(chain: &Chain, dots: &Dots) -> f64 {
     chain.knots[chain.knots.len() - 1] / dots.chords.lengths.iter().sum::<f64>()
 }

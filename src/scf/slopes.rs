@@ -1,11 +1,11 @@
-//! Newton's method on the tangent angles of a curve: Σ cost over all segments, as a function of
-//! the directions at the dots.
+//! [`Search`]: Newton's method on the tangent angles of a curve. It minimises the sum of the costs
+//! of all segments as a function of the directions at the dots.
 //!
-//! The gradient is the jump of the bending moment at every dot (times ν), the Hessian is
+//! The gradient is the jump of the bending moment at every dot (times ν), and the Hessian is
 //! tridiagonal, cyclic for closed curves. Unknowns are turns from reference directions, so that
 //! small angles keep their digits. Steps minimise cost^{1/ν}, the ν-norm of the curvature, which
-//! for large ν is far closer to a quadratic: Newton's steps on a power ν shrink the error by
-//! (ν − 2)/(ν − 1) only. A search knows nothing of its segments but their evaluations, so plain
+//! for large ν is much closer to a quadratic: Newton steps on a power ν reduce the error only by
+//! the factor (ν − 2)/(ν − 1). A search only uses the evaluations of its segments, so plain
 //! segments and segments under tension share it.
 
 use super::evaluation::Evaluation;
@@ -15,18 +15,19 @@ use crate::damping::{Damping, Trial, Verdict};
 use crate::linalg::Scalar;
 use crate::linalg::banded::Banded;
 
-/// No direction turns by more than this in a step, in radians: further than a third of the way to
-/// where segments cease to exist the quadratic model says little.
+/// The largest turn of a direction per step, in radians. Beyond a third of the distance to where
+/// segments cease to exist the quadratic model is poor.
 const MOST_TURN: f64 = 0.5;
 
-/// Steps are longer than Newton's by (ν − 1) to this power at most.
+/// Steps exceed Newton's by at most the factor (ν − 1) to this power.
 ///
-/// Of a pure power ν the whole way would be ν − 1. Of the powers 0.3, ½, 0.7 and 1 tried, with
-/// ν = 4 and 20, this one wastes the fewest trials. Not in the kernel: the host gives it.
+/// For a pure power ν the full factor is ν − 1. Of the powers 0.3, ½, 0.7 and 1, tried with ν = 4
+/// and 20, this one wastes the fewest trials.
+/// Not in the kernel: the host gives it.
 pub(super) const LONGEST: f64 = 0.3;
 
-/// If steps damped by this much, some 1e-4 of Newton's, still lead to segments without minimiser,
-/// the way down ends at an edge.
+/// If steps with this damping, about 1e-4 of Newton's, still lead to segments without minimiser,
+/// the descent ends at the edge of their domain.
 const EDGE: f64 = 1e4;
 
 /// A search for the tangent angles of one curve.
@@ -35,7 +36,7 @@ pub(crate) struct Search {
     /// Turns from the reference directions.
     pub turns: Vec<f64>,
     pub cost: f64,
-    /// √(gᵀH⁻¹g / cost): the relative Newton decrement.
+    /// √(gᵀH⁻¹g / cost), the relative Newton decrement.
     pub decrement: f64,
     pub standing: SlopesStanding,
     pub iterations: u32,
@@ -43,17 +44,17 @@ pub(crate) struct Search {
     /// The first segment without minimiser in the last trial that failed.
     pub culprit: Option<usize>,
     pub(super) trial: Vec<f64>,
-    /// Whether the trial is where the search, or a stage of it, starts.
+    /// Whether the trial is the start of the search or of a stage.
     is_fresh: bool,
     stages: Stages,
     stage: usize,
-    /// 1 where a direction is an unknown in this stage, else 0.
+    /// 1 if a direction is an unknown in this stage, else 0.
     movable: Vec<f64>,
     gradient: Vec<f64>,
     step: Vec<f64>,
     alpha: f64,
     slope: f64,
-    /// How much longer a Newton step on the root of the cost is than one on the cost.
+    /// The ratio of a Newton step on the root of the cost to one on the cost.
     stretch: f64,
     smallest: f64,
     damping: Damping<f64>,
@@ -65,14 +66,15 @@ pub(crate) struct Search {
     spans: Option<Vec<Evaluation<f64>>>,
 }
 
-/// Below this relative change of a span's cost, the change is the mean of its two gradients times the turn: the
-/// difference of the costs has no digits left.
+/// If a span's cost changes by less than this fraction, the change is the mean of its two gradients
+/// times the turn, because the difference of the costs has no digits left.
 const CLOSE: f64 = 1e-9;
 
-/// Below this relative change of the cost, its root changes by ν⁻¹ of it.
+/// If the cost changes by less than this fraction, its root changes by ν⁻¹ of that.
 const NEARLY: f64 = 1e-4;
 
-/// The decrement at which a stage gives way to the next. Not in the kernel: the host gives it.
+/// The decrement at which a stage ends.
+/// Not in the kernel: the host gives it.
 pub(super) const ROUGHLY: f64 = 1e-3;
 
 impl From<Search> for Outcome {
@@ -129,9 +131,9 @@ impl Search {
         Search { trial: turns.clone(), turns, ..self }
     }
 
-    /// Judges steps by the changes of single spans, and convergence by single dots, whose costs may differ by many
-    /// orders of magnitude: with large ν the cost of a short span drowns the costs of its neighbours. Dots become
-    /// movable in stages.
+    /// Judges steps by the changes of single spans, and convergence by single dots. Their costs may
+    /// differ by many orders of magnitude: for large ν the cost of a short span drowns those of its
+    /// neighbours. Dots become movable in stages.
     pub fn by_span(self, stages: Stages) -> Self {
         let mut search = Search { spans: Some(Vec::new()), stages, ..self };
         search.release();
@@ -145,7 +147,7 @@ impl Search {
         }
     }
 
-    /// Begins the next stage, if there is one, from where the curve stands.
+    /// Begins the next stage, if there is one, from the current curve.
     fn loosen(&mut self) {
         if self.stage == self.stages.last {
             return;
@@ -160,7 +162,7 @@ impl Search {
         self.damping = Damping::new();
     }
 
-    /// By how much the cost changes towards a trial, summed over spans.
+    /// The change of the cost for a trial, summed over spans.
     fn change(&self, before: &[Evaluation<f64>], evaluations: &[Evaluation<f64>]) -> f64 {
         let problem = &self.problem;
         let mut sum = 0.0;
@@ -177,7 +179,7 @@ impl Search {
         sum
     }
 
-    /// √(g H⁻¹g/cost), the largest of single dots with the spans that meet there.
+    /// √(g H⁻¹g/cost), the largest value of any dot with its adjacent spans.
     fn decrement_by_dot(&self, spans: &[Evaluation<f64>]) -> f64 {
         let mut around = vec![0.0; self.turns.len()];
         for (k, (span, evaluation)) in self.problem.spans.iter().zip(spans).enumerate() {
@@ -214,7 +216,7 @@ impl Search {
         }
     }
 
-    /// Whether the search goes on from the trial.
+    /// Decides whether to accept the trial.
     fn judge(&mut self, received: &Received, evaluations: &[Evaluation<f64>]) -> Verdict {
         let cost = received.cost;
         if self.is_fresh {
@@ -224,7 +226,8 @@ impl Search {
             self.standing = SlopesStanding::Nowhere;
             return Verdict::Fail;
         }
-        // As the root of the cost, which the step is Newton's of, relative to where it stands.
+        // In terms of the root of the cost, to which the Newton step belongs, relative to the
+        // current curve.
         let share = 1.0 / self.problem.exponent;
         let root = (cost / self.cost).powf(1.0 / self.problem.exponent);
         let there = dot(&received.gradient, &self.step) * root / cost;
@@ -232,7 +235,7 @@ impl Search {
             None => [1.0, root],
             Some(before) => {
                 let part = self.change(before, evaluations) / self.cost;
-                // The root to first order, where it is too near to 1 for its digits.
+                // If the root is too close to 1 for its digits, it is taken to first order.
                 [0.0, if part.abs() < NEARLY { share * part } else { root - 1.0 }]
             }
         };
@@ -256,7 +259,7 @@ impl Search {
         Verdict::Fail
     }
 
-    /// Goes on from the trial.
+    /// Accepts the trial.
     fn accept(&mut self, received: Received, evaluations: &[Evaluation<f64>], until: &Until) {
         (self.is_fresh, self.unattained) = (false, false);
         if let Some(spans) = &mut self.spans {
@@ -276,7 +279,7 @@ impl Search {
         let square = -self.slope;
         let undamped = self.damping.lambda == 0.0 && self.smallest > 0.0;
         if undamped && square <= 0.0 && self.gradient.iter().all(|&g| g == 0.0) {
-            // A minimum. A saddle, where symmetric points may start, has a Hessian that is not
+            // A minimum. A saddle, at which symmetric points may start, has a Hessian that is not
             // positive definite.
             self.decrement = 0.0;
             self.standing = SlopesStanding::Converged;
@@ -296,24 +299,24 @@ impl Search {
         }
     }
 
-    /// Factors H + λ diag|H|; whether it is positive definite.
+    /// Factorises H + λ diag|H|. Returns whether it is positive definite.
     fn factor(&mut self) -> bool {
         let lambda = self.damping.lambda;
         self.matrix.clear();
         for (k, &d) in self.diagonal.iter().enumerate() {
-            // A dot between straight segments has no stiffness at all, and no moment.
+            // A dot between straight segments has neither stiffness nor moment.
             let d = if d == 0.0 { 1.0 } else { d + lambda * d.abs() };
             self.matrix.add_diagonal(k, d);
         }
         for (k, &c) in self.coupling.iter().enumerate() {
-            // Rows of a cyclic matrix count on: the last segment leads to row n, which is row 0.
+            // Rows of a cyclic matrix continue: the last segment leads to row n, which is row 0.
             self.matrix.add_entry(k + 1, k, c);
         }
         self.smallest = self.matrix.factor(&self.movable);
         self.smallest > 0.0
     }
 
-    /// The next step, −(H + λ diag|H|)⁻¹ g, and the trial it leads to.
+    /// Computes the next step, −(H + λ diag|H|)⁻¹ g, and its trial.
     fn aim(&mut self) {
         while !self.factor() && self.damping.stiffen() {}
         let mut p: Vec<[f64; 1]> = self.gradient.iter().map(|&g| [-g]).collect();
@@ -324,8 +327,8 @@ impl Search {
             most = Scalar::max(most, p.abs());
         }
         self.slope = dot(&self.gradient, &self.step);
-        // Newton's step of cost^{1/ν} is longer than that of the cost by 1/(1 − (1 − 1/ν)
-        // gᵀH⁻¹g/cost).
+        // Newton's step on cost^{1/ν} is longer than that on the cost by the factor 1/(1 − (1 −
+        // 1/ν) gᵀH⁻¹g/cost).
         let exponent = self.problem.exponent;
         let left = 1.0 + (1.0 - 1.0 / exponent) * self.slope / self.cost;
         let least = (exponent - 1.0).max(1.0).powf(-LONGEST);

@@ -1,4 +1,4 @@
-//! [`Smooth`]: the method.
+//! [`Smooth`]: the method of smooth connection functions.
 
 use std::collections::BTreeMap;
 
@@ -19,30 +19,28 @@ use crate::parallel;
 use crate::report::{CurveReport, Fit};
 use crate::status::CurveStatus;
 
-/// Curves a task takes at least, and about as many segments.
+/// The fewest segments per task.
 const TASK_SEGMENTS: usize = 1024;
 
-/// Smooth connection functions: of all curves through the data points the one of least Σ∫|κ|^ν ds,
-/// exactly.
+/// Smooth connection functions: the exact curve of least Σ∫|κ|^ν ds through the data points.
 ///
-/// Between two points the curve is a [`Segment`](super::Segment), given by the directions at its
-/// ends. Newton's method finds these directions; its Hessian is tridiagonal. At the optimum the
-/// bending moment ν|κ|^{ν−1} sgn κ is continuous at every point, and so is the curvature if ν is the
-/// same on both sides. Free ends of open curves have none. ν → 1 leads to polygons, ν → ∞ to
-/// circular arcs.
+/// Between two points the curve is a [`Segment`](super::Segment), determined by the directions at
+/// its ends. Newton's method finds these directions; its Hessian is tridiagonal. At the optimum the
+/// bending moment ν|κ|^{ν−1} sgn κ is continuous at every point, and so is the curvature if ν is
+/// the same on both sides. It is 0 at the free ends of open curves. ν → 1 leads to polygons, and ν
+/// → ∞ to circular arcs.
 ///
-/// Tangents of the batch's [`Constraints`](crate::Constraints) are kept wherever they are given
-/// (their lengths mean nothing); exponents (column `nu`) replace ν on the span that starts at their
-/// point. Points repeated one after the other count once. Planar data only.
+/// Given tangents of the batch's [`Constraints`](crate::Constraints) are kept (their lengths are
+/// ignored). Given exponents (column `nu`) replace ν on the span that starts at their point.
+/// Consecutive repeated points count once. The data must be planar.
 ///
-/// The minimum found is a local one, near circular arcs through neighbouring points. Not every curve
-/// has one: a closed triangle with ν ≤ 2, for example, grows without end unless it is near
+/// The result is a local minimum near circular arcs through neighbouring points. Not every curve
+/// has a minimum: a closed triangle with ν ≤ 2, for example, grows without end unless it is nearly
 /// equilateral. With a [`tension`](Self::tension) every curve has one. For ν > 2 its long spans are
 /// straight in the middle. Curves that the kernel of a GPU cannot finish are recomputed on the CPU
 /// and counted in the report. In f32 these include curves whose span costs exceed its range.
 ///
-/// Accuracy: costs to about 1e-12, points to 1e-13 of the chord, directions at the tolerance asked
-/// for.
+/// Accuracy: costs to about 1e-12, points to 1e-13 of the chord, directions to the tolerance.
 ///
 /// ```
 /// use faircurve::{CurveBatch, CurveStatus, Device, scf};
@@ -56,72 +54,74 @@ const TASK_SEGMENTS: usize = 1024;
 /// ```
 ///
 /// Source: A. Alon and S. Bergmann, *Connecting points by smooth connection functions defines
-/// shapes in the smoothest possible way*. The solution by one root per segment and Newton's method on
-/// the tangent angles is faircurve's.
+/// shapes in the smoothest possible way*. The solution by one root per segment and Newton's method
+/// on the tangent angles is faircurve's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Smooth {
-    /// ν > 1; 2 by default. Larger spreads the curvature more evenly.
+    /// ν > 1; 2 by default. A larger ν spreads the curvature more evenly.
     pub exponent: f64,
-    /// τ from 0 to 50, dimensionless; 0, no tension, by default. 1 keeps curves from loops for every
-    /// ν. Larger is tighter, and 50 is nearly the polygon.
+    /// τ from 0 to 50, dimensionless; 0 (no tension) by default. 1 keeps curves from loops for
+    /// every ν. Larger values are tighter, and 50 is nearly the polygon.
     ///
-    /// The fit minimises Σ∫(|κ|^ν + λ) ds with λ = (2(1 − 1/ν)τ/w)^ν in each span, w the width that
-    /// the data leave the curve there, as in [`tautness`](crate::discrete::tautness):
+    /// The fit minimises Σ∫(|κ|^ν + λ) ds with λ = (2(1 − 1/ν)τ/w)^ν in each span. w is the width
+    /// that the data leave the curve there, as in [`tautness`](crate::discrete::tautness):
     ///
     /// ```text
     /// w = max(h′ (1 + cos θ)/2, h/10)
     /// ```
     ///
-    /// h is the chord of the span, h′ the shortest of it and its neighbours, θ the larger turn of the
-    /// data polygon at its two ends. For large ν the curve consists of nearly straight pieces and
-    /// arcs of radius about w/(2τ).
+    /// h is the chord of the span, h′ the shortest of it and its neighbours, and θ the larger turn
+    /// of the data polygon at its two ends. For large ν the curve consists of nearly straight
+    /// pieces and arcs of radius about w/(2τ).
     pub tension: f64,
-    /// Whether curves turn only to the side to which their points turn; no by default. Not with a
-    /// tension.
+    /// Whether curves turn only to the side to which their points turn; no by default. Not
+    /// supported with a tension.
     ///
-    /// A span between two points that turn to one side has curvature of that sign or none, and so has
-    /// a span between an end and such a neighbour. At a point between turns to different sides the
-    /// curvature has the sign of the turn at the point. Points in a line, of a turn below 1e-9, are
-    /// joined by straight segments. If two lines of points meet at an angle no curve keeps both.
+    /// A span between two points that turn to one side has curvature of that sign or none, and so
+    /// has a span between an end and such a neighbour. At a point between turns to different sides
+    /// the curvature has the sign of the turn at the point. Collinear points, with a turn below
+    /// 1e-9, are joined by straight segments. If two lines of points meet at an angle, no curve
+    /// keeps both.
     ///
-    /// A curve that keeps its shape by itself is not changed. The others become, on every device by
-    /// the CPU in f64, the curves of least Σ∫|κ|^ν ds that keep it, to about 1e-9 of the energy. If a
-    /// side holds an end of a span, the curvature there is 0 up to rounding of angles, and it jumps at
-    /// both points of the span; `LimitReport::active` counts these ends.
+    /// A curve that already keeps its shape is not changed. For the others the CPU computes, in f64
+    /// on every device, the curve of least Σ∫|κ|^ν ds that keeps it, to about 1e-9 of the energy.
+    /// If the constraint is active at an end of a span, the curvature there is 0 up to rounding of
+    /// angles, and it jumps at both points of the span. `LimitReport::active` counts these ends.
     ///
-    /// Between two ends of one side neither small angle to the chord exceeds the other by a factor of
-    /// more than ν/(ν − 1). If neighbouring turns are too unlike for that, as they always are for
-    /// ν → ∞, the curve is `infeasible`.
+    /// Between two ends of one side, small angles to the chord differ by at most a factor of ν/(ν −
+    /// 1). If neighbouring turns are too unequal for that, as they always are for ν → ∞, the curve
+    /// is `infeasible`.
     pub shape: bool,
-    /// Where the search starts: at circles through neighbouring points by default. If a segment has
-    /// no minimiser there, the other starts and exponents nearer to 2 are tried.
+    /// The start of the search: circles through neighbouring points by default. If a segment has no
+    /// minimiser there, the other starts and exponents nearer to 2 are tried.
     pub start: Start,
-    /// Searches per curve; 1 by default. The first is from [`start`](Self::start), the others from
-    /// random directions near it, and the cheapest curve is kept.
+    /// The number of searches per curve; 1 by default. The first is from [`start`](Self::start),
+    /// the others from random directions near it. The cheapest curve is kept.
     pub starts: u32,
-    /// Seed of the random directions; 0 by default. Same seed, same curves.
+    /// The seed of the random directions; 0 by default. The same seed gives the same curves.
     pub seed: u64,
     /// √(gᵀH⁻¹g/cost), the relative Newton decrement, at which a curve has converged; 1e-10 by
-    /// default, in f32 32 ε at least. Its cost is then good to half the square.
+    /// default, and at least 32 ε in f32. The relative error of the cost is then half of its
+    /// square.
     pub tolerance: f64,
-    /// Iterations at most; 200 by default.
+    /// The most iterations; 200 by default.
     pub max_iterations: u32,
 }
 
-/// What is said of a segment under tension that is not found.
+/// The message for a segment under tension that is not found.
 const BEYOND: &str = "from this point to the next the curve under tension is beyond the digits of f64 where the search \
                       leads: the curve is the best one reached; give another tension or another start";
 
-/// What helps where a segment has no minimiser.
+/// The remedy for a segment without minimiser.
 const REMEDY: &str =
     "give a tension (`Smooth::tension`), add points where it turns, fix a tangent, or choose an exponent nearer to 1";
 
-/// Searches a curve: what a thousand random starts do not find, no more of them will, and ten
-/// thousand are a bound that arithmetic keeps.
+/// The most searches per curve. More random starts are unlikely to find what a thousand did not,
+/// and ten thousand keep arithmetic in range.
 const MOST_STARTS: u32 = 10_000;
 
-/// λ of a span is then up to (1000/h)^ν: beyond it the middle of a span with ν = 2 is straighter
-/// than f64 tells.
+/// The largest tension. λ of a span is then up to (1000/h)^ν: beyond it the middle of a span with ν
+/// = 2 is straighter than f64 can represent.
 const MOST_TENSION: f64 = 50.0;
 
 impl Default for Smooth {
@@ -142,16 +142,23 @@ impl Default for Smooth {
 impl Smooth {
     /// Fits every curve of the batch.
     ///
-    /// Statuses: `converged`; `no_minimiser` if segments that lead to lower costs have none, or the
-    /// start has none (the curve is the best one reached, or the input polyline); `not_converged`;
-    /// `infeasible` if no curve is found that keeps its shape (the curve is fitted without
-    /// [`shape`](Self::shape)); `degenerate` and `invalid`, whose curves come out as they came in.
-    /// The energy is Σ∫|κ|^ν ds in units of the input, under tension Σ∫(|κ|^ν + λ) ds, the parameter
-    /// the arc length.
+    /// The statuses are:
+    ///
+    /// - `converged`: the tolerance was reached.
+    /// - `no_minimiser`: segments that lead to lower costs have no minimiser, or the start has
+    ///   none. The curve is the best one reached, or the input polyline.
+    /// - `not_converged`: the curve is the best one reached.
+    /// - `infeasible`: no curve was found that keeps its shape. The curve is fitted without
+    ///   [`shape`](Self::shape).
+    /// - `degenerate` and `invalid`: the curve cannot be fitted, and the result is its input.
+    ///
+    /// The energy is Σ∫|κ|^ν ds in units of the input, and under tension Σ∫(|κ|^ν + λ) ds. The
+    /// parameter is the arc length.
     ///
     /// # Errors
-    /// Points with three coordinates; an exponent, a tension, a tolerance or a number of starts that makes no
-    /// sense; a tension for curves that keep their shape; columns `known` and `kx ky kz`; on a GPU what becomes of submissions.
+    /// Points with three coordinates. An invalid exponent, tension, tolerance or number of starts.
+    /// A tension together with [`shape`](Self::shape). Columns `known` and `kx ky kz`. On a GPU,
+    /// errors of submissions.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
         self.check(batch)?;
         let exponents = Exponents::of(self.exponent, batch)?.under(self.tension);
@@ -202,7 +209,7 @@ impl Smooth {
     /// Fits every curve and samples it.
     ///
     /// # Errors
-    /// As [`fit`](Self::fit) and [`Sampling::check`].
+    /// The errors of [`fit`](Self::fit) and of [`Sampling::check`].
     pub fn fit_sampled(&self, batch: &CurveBatch, sampling: Sampling, device: &Device) -> Result<(Fit, CurveBatch)> {
         sampling.check(batch)?;
         let fit = self.fit(batch, device)?;
@@ -248,7 +255,7 @@ impl Smooth {
         batch.allows(&[Constraint::Tangents, Constraint::Exponents, Constraint::Pinned], "smooth connection functions")
     }
 
-    /// Where searches start.
+    /// The starts of searches.
     pub(crate) fn where_to_start(&self) -> Starts {
         Starts { first: self.start, count: self.starts, seed: self.seed }
     }
@@ -257,7 +264,7 @@ impl Smooth {
         Until { tolerance: self.tolerance, iterations: self.max_iterations }
     }
 
-    /// Finds the tangent angles of all curves, and lays their segments.
+    /// Finds the tangent angles of all curves, and places their segments.
     fn search(&self, dots: &[&Dots], exponents: &Exponents, device: &Device) -> Result<Vec<(Found, Option<Chain>)>> {
         let (starts, until) = (self.where_to_start(), self.until());
         let lay = |(found, dots): (Found, &&Dots)| {
@@ -273,7 +280,7 @@ impl Smooth {
             let found = search(&starts, dots, exponents, &mut |dots, exponents, directions| {
                 search_on_device(gpu, precision, dots, exponents, directions, &until)
             })?;
-            // What f32 found of directions is laid, and costs, in f64.
+            // Segments for the directions from f32 are placed and evaluated in f64.
             let priced = |(mut found, chain): (Found, Option<Chain>)| {
                 if let Some(chain) = &chain {
                     found.cost = chain.cost(&exponents.universal);

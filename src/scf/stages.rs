@@ -1,4 +1,4 @@
-//! Searches for the slopes of many curves, and what is tried where the first search fails.
+//! Searches for the tangent angles of many curves, and the fallbacks if the first search fails.
 
 use rand::rngs::ChaCha12Rng;
 use rand::{RngExt, SeedableRng};
@@ -15,44 +15,44 @@ use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::precision::Precision;
 
-/// Where segments have no minimiser for the exponent asked for, these parts of the way to it from 2
-/// come first.
+/// If segments have no minimiser for the requested exponent, exponents at these fractions of the
+/// way from 2 come first.
 const STAGES: [f64; 4] = [0.0, 0.3, 0.6, 0.8];
 
-/// Random starts turn every direction by this much at most, in radians.
+/// The largest turn of a direction in random starts, in radians.
 const SPREAD: f64 = 0.6;
 
-/// Where the searches of a curve start.
+/// The starts of a curve's searches.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Starts {
     pub first: Start,
-    /// All but the first are random.
+    /// The number of starts. All but the first are random.
     pub count: u32,
     pub seed: u64,
 }
 
-/// What was found of a curve.
+/// The result for a curve.
 #[derive(Clone, Debug)]
 pub(crate) struct Found {
-    /// NaN where free; `None` where no start had a minimiser.
+    /// The directions, NaN at free ends. `None` if no start had a minimiser.
     pub directions: Option<Vec<f64>>,
-    /// In units of the input.
+    /// The cost in units of the input.
     pub cost: f64,
     pub decrement: f64,
     pub standing: SlopesStanding,
-    /// Of all searches of the curve.
+    /// The iterations of all searches of the curve.
     pub iterations: u32,
     pub evaluations: u32,
-    /// The first dot whose segment had no minimiser in the last trial that failed.
+    /// The first dot whose segment had no minimiser in the last failed trial.
     pub culprit: Option<usize>,
-    /// Where the spans under tension are; empty without.
+    /// The shapes of the spans under tension; empty without tension.
     pub known: Vec<Near>,
-    /// Whether the CPU found it in place of a kernel.
+    /// Whether the CPU found it instead of a kernel.
     pub on_cpu: bool,
 }
 
 impl Found {
-    /// Keeps the better of two, and counts both.
+    /// Keeps the better of two results, and adds up their counts.
     pub(super) fn or(self, other: Found) -> Found {
         let (iterations, evaluations) = (self.iterations + other.iterations, self.evaluations + other.evaluations);
         let converged = |found: &Found| found.standing == SlopesStanding::Converged;
@@ -65,13 +65,13 @@ impl Found {
     }
 }
 
-/// One search a curve, from given directions.
+/// One search per curve from given directions.
 pub(crate) type SearchFrom<'a> = dyn FnMut(&[&Dots], &Exponents, Vec<Vec<f64>>) -> Result<Vec<Found>> + 'a;
 
-/// Searches for the slopes of all curves.
+/// Searches for the tangent angles of all curves.
 ///
 /// # Errors
-/// Those of the searches.
+/// The errors of the searches.
 pub(crate) fn search(
     starts: &Starts,
     dots: &[&Dots],
@@ -99,7 +99,7 @@ pub(crate) fn search(
         let again = run(&which, exponents, from(&which, start))?;
         merge(&mut found, &which, again);
     }
-    // By exponents on the way from 2, each from where the last one ended.
+    // By exponents between 2 and the requested ones, each from the result of the last.
     let which = failed(&found);
     if !which.is_empty() && exponents.are_far_from_two() {
         let mut directions = from(&which, starts.first);
@@ -118,7 +118,8 @@ pub(crate) fn search(
         }
     }
     for number in 1..starts.count {
-        // One seed a start, not a curve: a curve's bits do not depend on its place in the batch.
+        // The seed depends on the start, not on the curve, so a curve's bits do not depend on its
+        // place in the batch.
         let random = |i: &usize| {
             let mut random = ChaCha12Rng::seed_from_u64(starts.seed.wrapping_add(u64::from(number)));
             let turn = |direction: f64| direction + random.random_range(-SPREAD..=SPREAD);
@@ -141,7 +142,7 @@ fn merge(found: &mut [Found], which: &[usize], again: Vec<Found>) {
     }
 }
 
-/// One search per curve on the CPU from given directions, all side by side.
+/// One search per curve on the CPU from given directions, side by side.
 pub(crate) fn search_on_cpu(
     dots: &[&Dots],
     exponents: &Exponents,
@@ -156,7 +157,7 @@ pub(crate) fn search_on_cpu(
 /// One search per curve on a GPU from given directions.
 ///
 /// # Errors
-/// As [`search_plain_on_gpu`].
+/// The errors of [`search_plain_on_gpu`].
 pub(crate) fn search_on_device(
     gpu: &Gpu,
     precision: Precision,
@@ -172,10 +173,11 @@ pub(crate) fn search_on_device(
 
 /// Searches for the tangent angles of curves of plain segments on a GPU.
 ///
-/// The CPU searches, in f64, the curves that the kernel cannot hold, and again from the start those that do not converge in f32.
+/// The CPU searches, in f64, the curves that the kernel cannot hold. It also repeats, from the
+/// start, those that do not converge in f32.
 ///
 /// # Errors
-/// As [`search_on_gpu`].
+/// The errors of [`search_on_gpu`].
 pub(super) fn search_plain_on_gpu(
     gpu: &Gpu,
     precision: Precision,
@@ -201,7 +203,7 @@ pub(super) fn search_plain_on_gpu(
     Ok(outcomes.into_iter().map(|outcome| outcome.or_else(|| on_cpu.next()).expect("one per curve left")).collect())
 }
 
-/// The problems of curves, and the logarithms of what their costs are divided by.
+/// The problems of curves, and the logarithms of the units of their costs.
 pub(super) fn problems(
     dots: &[&Dots],
     exponents: &Exponents,
@@ -219,7 +221,7 @@ fn all_found(outcomes: Vec<Outcome>, scales: &[f64], directions: Vec<Vec<f64>>) 
 }
 
 impl Found {
-    /// What an outcome is of curves with these reference directions and this logarithm of the unit of costs.
+    /// The result for an outcome, its reference directions and the logarithm of its unit of costs.
     pub(super) fn of(outcome: Outcome, scale: f64, mut directions: Vec<f64>) -> Self {
         for (direction, turn) in directions.iter_mut().zip(&outcome.turns) {
             *direction += turn;

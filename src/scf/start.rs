@@ -1,17 +1,17 @@
-//! Where the search for the slopes starts.
+//! [`Start`]: the directions from which the search for the tangent angles starts.
 
 use std::f64::consts::{PI, TAU};
 
-/// Where the search for the slopes starts.
+/// The directions from which the search for the tangent angles starts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Start {
     /// The tangent of the circle through a dot and its neighbours.
     #[default]
     Circle,
-    /// The direction from the dot before to the dot after, as in the paper.
+    /// The direction from the previous dot to the next, as in the paper.
     Neighbours,
-    /// Half-way between the directions of the two chords.
+    /// Halfway between the directions of the two chords.
     Bisector,
 }
 
@@ -23,7 +23,7 @@ pub(crate) struct Chords {
 }
 
 impl Chords {
-    /// Chords between consecutive points; of a closed curve one more, back to the first.
+    /// The chords between consecutive points. A closed curve has one more, back to the first.
     pub fn of(points: &[[f64; 2]], closed: bool) -> Self {
         let n = points.len();
         let chords = (0..if closed { n } else { n - 1 }).map(|k| {
@@ -40,7 +40,7 @@ impl Chords {
         let (d, e) = (self.lengths[before], self.lengths[after]);
         let (sine, cosine) = turn.sin_cos();
         let part = match start {
-            // Tangent and chord of a circle enclose half the arc: sin δ/d = sin(τ − δ)/e.
+            // A circle's tangent and chord enclose half of the arc's angle: sin δ/d = sin(τ − δ)/e.
             Start::Circle => (d * sine).atan2(e + d * cosine),
             Start::Neighbours => (e * sine).atan2(d + e * cosine),
             Start::Bisector => 0.5 * turn,
@@ -49,7 +49,7 @@ impl Chords {
     }
 }
 
-/// An angle, from −π to π.
+/// The equivalent angle from −π to π.
 pub(crate) fn wrap(angle: f64) -> f64 {
     let turns = angle - TAU * (angle / TAU).round();
     if turns > PI { turns - TAU } else { turns }

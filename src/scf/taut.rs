@@ -1,8 +1,8 @@
-//! Curves under tension: the search for their tangent angles.
+//! Searches for the tangent angles of curves under tension.
 //!
-//! On a GPU the kernel searches, and the host ends the search in f64: it finds every span by itself where the
-//! kernel left it, and takes the last step, if there is one to take. What the kernel did not bring to an end is
-//! searched again by the CPU, from the start.
+//! On a GPU the kernel searches, and the host completes the search in f64. It finds every span
+//! independently where the kernel ended, and takes the last step if one is left. Curves that the
+//! kernel did not complete are searched again by the CPU, from the start.
 
 use super::curves::Chain;
 use super::dots::{Dots, Exponents};
@@ -20,7 +20,7 @@ use crate::gpu::Gpu;
 use crate::parallel;
 use crate::precision::Precision;
 
-/// Finds the tangent angles of all curves under tension, and lays their segments.
+/// Finds the tangent angles of all curves under tension, and places their segments.
 ///
 /// # Errors
 /// Errors of the device.
@@ -55,7 +55,7 @@ pub(super) fn search_under_tension<'a>(
     Ok(parallel::of(dots.iter(), on_cpu))
 }
 
-/// Searches from larger tensions, each from where the last one ended.
+/// Searches with larger tensions first, each from the result of the last.
 fn search_loosening(start: Start, dots: &Dots, exponents: &Exponents, until: &Until, found: Found) -> Found {
     let mut directions = dots.directions(start);
     let mut best = found;
@@ -74,22 +74,23 @@ fn search_loosening(start: Start, dots: &Dots, exponents: &Exponents, until: &Un
     best
 }
 
-/// Multiples of the tension with which a search that fails goes on.
+/// The multiples of the tension with which a failed search continues.
 const LOOSENING: [f64; 5] = [4.0, 2.0, 1.4, 1.1, 1.0];
 
-/// The largest decrement that a curve may have in f64 where a kernel in f64, or in f32, has left it.
+/// The largest decrement in f64 at the end of a kernel's search, for kernels in f64 and in f32.
 ///
-/// If it is larger, the kernel is lost, or its segments are not those that these directions have by themselves.
+/// If it is larger, the kernel has failed, or it followed segments other than those that these
+/// directions have.
 const NEAR: f64 = 1e-6;
 const NEAR_NARROW: f64 = 1e-2;
 
-/// Costs of a span that differ by more than this part belong to two different curves.
+/// Costs of a span that differ by more than this fraction belong to two different curves.
 const AGREEMENT: f64 = 1e-10;
 
 /// One search per curve on a GPU from given directions.
 ///
 /// # Errors
-/// As [`search_on_gpu`].
+/// The errors of [`search_on_gpu`].
 fn search_taut_on_device(
     gpu: &Gpu,
     precision: Precision,
@@ -116,12 +117,12 @@ fn search_taut_on_device(
     }))
 }
 
-/// A curve under tension, and where its search starts.
+/// A curve under tension, and the start of its search.
 struct Taut<'a> {
     exponents: &'a Exponents,
     directions: Vec<f64>,
     search: SlopesSearch,
-    /// The logarithm of what its costs are divided by.
+    /// The logarithm of the unit of its costs.
     scale: f64,
 }
 
@@ -134,8 +135,9 @@ impl<'a> Taut<'a> {
 
     /// The result of a search on the CPU.
     ///
-    /// Spans are followed from trial to trial, which is ten times as quick as to find each by itself. They are found by
-    /// themselves if those followed turn out to be others.
+    /// Spans are followed from trial to trial, which is ten times as fast as finding each
+    /// independently. If the followed spans turn out to be others, the search is repeated with
+    /// independent ones.
     fn search(&self, until: &Until) -> Found {
         let (search, mut known) = self.run(until, true);
         if !self.differs(&search.turns, &mut known) {
@@ -146,7 +148,8 @@ impl<'a> Taut<'a> {
         self.found(search, known, counted)
     }
 
-    /// A search from the start, where spans are followed from trial to trial or each is found by itself.
+    /// A search from the start. Spans are followed from trial to trial if `follow`, and otherwise
+    /// found independently.
     fn run(&self, until: &Until, follow: bool) -> (Search, Vec<Near>) {
         let mut known = self.search.known.clone();
         let mut search = Search::new(self.search.problem.clone()).by_span(self.search.stages.clone());
@@ -159,12 +162,12 @@ impl<'a> Taut<'a> {
         (search, known)
     }
 
-    /// The spans at some turns, followed from what is known of them.
+    /// The spans at these turns, following the known shapes.
     fn at(&self, turns: &[f64], known: &mut [Near]) -> Vec<Evaluation<f64>> {
         self.search.evaluate(&self.exponents.laws, turns, known)
     }
 
-    /// Whether the spans followed from trial to trial are not those that these directions have by themselves.
+    /// Whether the followed spans differ from those that these directions have independently.
     fn differs(&self, turns: &[f64], known: &mut [Near]) -> bool {
         let followed = self.at(turns, known);
         let alone = self.at(turns, &mut vec![Near::default(); known.len()]);
@@ -174,7 +177,7 @@ impl<'a> Taut<'a> {
             .any(|(followed, alone)| alone.exists > 0.0 && (followed.cost - alone.cost).abs() > AGREEMENT * alone.cost)
     }
 
-    /// The result of a search, which counts the iterations and evaluations before it too.
+    /// The result of a search. It also counts the given iterations and evaluations.
     fn found(&self, search: Search, known: Vec<Near>, [iterations, evaluations]: [u32; 2]) -> Found {
         let mut outcome = Outcome::from(search);
         outcome.iterations += iterations;
@@ -182,8 +185,8 @@ impl<'a> Taut<'a> {
         Found { known, ..Found::of(outcome, self.scale, self.directions.clone()) }
     }
 
-    /// The end, in f64, of a search that a kernel has led near it, if it has, on spans that its directions have by
-    /// themselves.
+    /// Completes, in f64, a search that a kernel brought near its end. `None` if it did not, or if
+    /// its spans are not those that the directions have independently.
     fn ended(&self, outcome: Outcome, precision: Precision, until: &Until) -> Option<Found> {
         match outcome.standing {
             // The device was lost.

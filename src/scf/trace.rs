@@ -1,5 +1,5 @@
-//! The search and the costs of segments that the papers' crate compares its own searches with. They
-//! are for that crate alone, and promise nothing.
+//! The searches and segment costs with which the papers' crate compares its own. They are for that
+//! crate alone, and not covered by any promise of stability.
 
 use super::Smooth;
 use super::arc::Arc;
@@ -13,12 +13,12 @@ use super::workspace::{Workspace, evaluate_all};
 use crate::batch::CurveBatch;
 use crate::error::{Error, Result};
 
-/// The state of a curve's search when it ended.
+/// The state at the end of a curve's search.
 #[derive(Clone, Debug)]
 pub struct Traced {
-    /// Iterations of all starts.
+    /// The iterations of all starts.
     pub iterations: u32,
-    /// Evaluations of the whole curve, of all starts.
+    /// The evaluations of the whole curve, of all starts.
     pub evaluations: u32,
     /// Σ∫|κ|^ν ds, in units of the input.
     pub cost: f64,
@@ -29,10 +29,11 @@ pub struct Traced {
 }
 
 impl Smooth {
-    /// Searches for the slopes of the first curve of a batch on the CPU, without laying it.
+    /// Searches for the tangent angles of the first curve of a batch on the CPU, without placing
+    /// its segments.
     ///
     /// # Errors
-    /// Those of [`fit`](Self::fit), and the problem of a curve that cannot be fitted.
+    /// The errors of [`fit`](Self::fit), and the problem of a curve that cannot be fitted.
     pub fn traced(&self, batch: &CurveBatch) -> Result<Traced> {
         self.check(batch)?;
         let exponents = Exponents::of(self.exponent, batch)?;
@@ -56,7 +57,7 @@ impl Smooth {
 /// Fills in the directions of free ends, which are NaN.
 fn with_ends(mut directions: Vec<f64>, dots: &Dots, exponents: &Exponents) -> Vec<f64> {
     let last = directions.len() - 1;
-    // The segment at the last dot is taken from its other end, and mirrored.
+    // The segment at the last dot is reversed and mirrored.
     for (dot, inner, segment, sign) in [(0, 1, 0, 1.0), (last, last - 1, last - 1, -1.0)] {
         if directions[dot].is_nan() {
             let chord = dots.chords.directions[segment];
@@ -88,7 +89,7 @@ impl UnitCosts {
         UnitCosts(Universal::new(exponent))
     }
 
-    /// ∫|κ|^ν ds of the segments with these end angles. ∞ if there is no minimiser.
+    /// ∫|κ|^ν ds of the segments with these end angles; ∞ if there is no minimiser.
     pub fn of(&self, angles: &[[f64; 2]]) -> Vec<f64> {
         let none = Evaluation { cost: 0.0, gradient: [0.0; 2], hessian: [0.0; 3], exists: 0.0 };
         let mut found = vec![none; angles.len()];

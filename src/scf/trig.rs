@@ -1,8 +1,8 @@
-//! Sine, cosine and arctangent by polynomials: the same operations in every lane of a vector
-//! register, and on GPUs, whose own are missing or wrong in f64.
+//! Sine, cosine and arctangent by polynomials. They are the same operations in every lane of a
+//! vector register and on GPUs, whose own functions are missing or wrong in f64.
 //!
-//! The polynomials interpolate at Chebyshev nodes; in f64 their own error is below rounding
-//! (absolute 2e-17 for sine and cosine, relative 2e-18 for the arctangent).
+//! The polynomials interpolate at Chebyshev nodes. In f64 their error is below rounding (absolute
+//! 2e-17 for sine and cosine, relative 2e-18 for the arctangent).
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
@@ -75,8 +75,8 @@ pub(crate) fn sine_cosine<S: Scalar>(x: S) -> (S, S) {
 /// The angle of the direction (x, y) from the x axis, x ≥ 0, y ≥ 0, not both 0.
 #[inline(always)]
 pub(crate) fn first_quadrant_angle<S: Scalar>(y: S, x: S) -> S {
-    // tan(π/8) = √2 − 1: beyond it, and before its cotangent, the angle is π/4 more than that of (x +
-    // y, y − x).
+    // tan(π/8) = √2 − 1. Between it and its cotangent, the angle is π/4 more than that of (x + y, y
+    // − x).
     const TANGENT: f64 = 0.41421356237309515;
     let low = S::of(TANGENT) * x - y;
     let high = S::of(TANGENT) * y - x;
@@ -93,7 +93,7 @@ mod tests {
 
     #[test]
     fn sine_cosine_and_angle_are_those_of_the_standard_library() {
-        // 2 ε: one from rounding, one from π, which is rounded itself.
+        // 2 ε: one from rounding, and one from π, which is itself rounded.
         let (wide, narrow) = (2.0 * f64::EPSILON, 2.0 * f32::EPSILON);
         for k in -4000..=4000 {
             let x = k as f64 * PI / 4000.0;
@@ -107,7 +107,7 @@ mod tests {
         for k in 0..=1000 {
             let (y, x) = (k as f64 * FRAC_PI_2 / 1000.0).sin_cos();
             let angle = first_quadrant_angle(y, x.max(0.0));
-            // 3 ε: of the quotient, of π/4, and of their sum.
+            // 3 ε: from the quotient, from π/4, and from their sum.
             assert!((angle - y.atan2(x.max(0.0))).abs() <= 3.0 * f64::EPSILON * angle, "{y} {x}");
             let angle = first_quadrant_angle(y as f32, x.max(0.0) as f32);
             assert!(

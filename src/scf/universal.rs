@@ -1,37 +1,40 @@
-//! The universal curve of an exponent ν, of which every smooth connection function is a piece.
+//! [`Universal`]: the universal curve of an exponent ν. Every smooth connection function is a piece
+//! of it.
 //!
-//! |κ|^ν = c cos ψ, with ψ the angle of the tangent from the direction of the force. With t = π/2 − |ψ| on the way from one
-//! inflection (t = 0) over the most curved point (π/2) to the next (π), and in units in which c = 1,
+//! |κ|^ν = c cos ψ, with the angle ψ of the tangent from the direction of the force. Let t = π/2 − |ψ| from one
+//! inflection (t = 0) to the most curved point (π/2), and let it increase from there to the next
+//! inflection (π). In units in which c = 1,
 //!
 //! ```text
-//! q = 1 − 1/ν    moment S(t) = sin^q t    along the force J(t) = ∫₀ᵗ sin^q    across it S/q    length L(t) = ∫₀ᵗ sin^{q−1}
+//! q = 1 − 1/ν            moment S(t) = sin^q t
+//! along the force J(t) = ∫₀ᵗ sin^q      across it S/q      length L(t) = ∫₀ᵗ sin^{q−1}
 //! ```
 //!
-//! Near t = 0 these are t^q, t^{q+1} and t^q times smooth functions of t², analytic for |t| < π:
-//! polynomials of 14 coefficients on [0, π/2] give them to rounding, and t^q is the only power.
-//! Beyond π/2 all is symmetric.
+//! Near t = 0 these are t^q, t^{q+1} and t^q times smooth functions of t², analytic for |t| < π.
+//! Polynomials of 14 coefficients on [0, π/2] represent them to rounding, and t^q is the only
+//! power. Beyond π/2 everything is symmetric.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
 use super::trig::polynomial;
 use crate::linalg::Scalar;
 
-/// Coefficients of a polynomial of the universal curve. The functions have their nearest
-/// singularity at t = π, so their Chebyshev coefficients in t² on [0, (π/2)²] fall as (7 + √48)⁻ᵏ:
-/// 14 are enough for 1e-16.
+/// The coefficients of a polynomial of the universal curve. The nearest singularity of the
+/// functions is at t = π, so their Chebyshev coefficients in t² on [0, (π/2)²] decrease as (7 +
+/// √48)⁻ᵏ. 14 suffice for 1e-16.
 pub(crate) const TERMS: usize = 14;
 
-/// Terms of the power series at 0, which fall as 4⁻ᵏ at t = π/2.
+/// The terms of the power series at 0, which decrease as 4⁻ᵏ at t = π/2.
 const SERIES: usize = 30;
 
-/// Pairs of terms of the series of small differences: (1/8)^{2·7} of the first, times binomial
-/// coefficients below 1e-3.
+/// The pairs of terms in the series of small differences. The last is (1/8)^{2·7} of the first,
+/// times binomial coefficients below 1e-3.
 pub(crate) const DIFFERENCES: usize = 7;
 
-/// Coefficients a difference's series has in all.
+/// The coefficients of a difference's series in total.
 pub(crate) const DIFFERENCE_TERMS: usize = DIFFERENCES * (DIFFERENCES + 1) / 2;
 
-/// 2/(π/2)²: polynomials see 2 t²/(π/2)² − 1.
+/// 2/(π/2)²: the argument of polynomials is 2 t²/(π/2)² − 1.
 const TO_UNIT: f64 = 0.8105694691387022;
 
 /// The universal curve of an exponent.
@@ -51,10 +54,9 @@ pub(crate) struct Universal {
     pub along: [f64; TERMS],
     /// L(t)/t^q, likewise.
     pub length: [f64; TERMS],
-    /// cₖⱼ/(2k + 1)!, row after row, of (sin^q)^{(2k)} = sin^q Σⱼ cₖⱼ sin^{−2j}: see
-    /// [`Differences`].
+    /// cₖⱼ/(2k + 1)!, row by row, of (sin^q)^{(2k)} = sin^q Σⱼ cₖⱼ sin^{−2j}: see [`Differences`].
     pub differences: [f64; DIFFERENCE_TERMS],
-    /// The same for L, with q − 1 for q.
+    /// The same for L, with q − 1 instead of q.
     pub length_differences: [f64; DIFFERENCE_TERMS],
 }
 
@@ -79,7 +81,7 @@ impl Universal {
         }
     }
 
-    /// The numbers of a block of `universal.wgsl`.
+    /// The numbers of the block in `universal.wgsl`.
     pub fn packed(&self) -> Vec<f64> {
         let powers = [self.exponent, self.q, 1.0 / self.q, self.half];
         [&powers[..], &self.moment, &self.along, &self.differences].concat()
@@ -124,16 +126,16 @@ impl Universal {
     }
 }
 
-/// Differences of J and S between m − h and m + h where h is small beside the distance to the
-/// inflections: by Taylor series at m, since the differences of the values would lose digits. With
-/// P and Q of the order of 1,
+/// Differences of J and S between m − h and m + h, for h small compared with the distance to the
+/// inflections. They come from Taylor series at m, since differences of the values would lose
+/// digits. P and Q are of order 1:
 ///
 /// ```text
 /// J(m+h) − J(m−h) = 2h sin^q m · P,    (S(m+h) − S(m−h))/q = 2h sin^q m cot m · Q
 /// P = Σₖ h²ᵏ/(2k+1)! Σⱼ cₖⱼ sin^{−2j} m,    Q likewise with cₖⱼ (q − 2j)/q
 /// ```
 ///
-/// and Q − P, which decides where the chord points, without the difference.
+/// Q − P, which determines the direction of the chord, is computed without the difference.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Differences<S> {
     /// P
@@ -145,7 +147,7 @@ pub(crate) struct Differences<S> {
 }
 
 impl Universal {
-    /// The series at m with 1/sin² m, cot m and h given.
+    /// The series at m, for given 1/sin² m, cot m and h.
     #[inline(always)]
     pub fn difference_series<S: Scalar>(&self, inverse_square: S, cotangent: S, h: S) -> Differences<S> {
         let step = h * h;
@@ -155,7 +157,7 @@ impl Universal {
         let mut at = DIFFERENCE_TERMS;
         while k > 0 {
             k -= 1;
-            // Horner's scheme in x for the row k, of k + 1 coefficients.
+            // Horner's scheme in x for row k, with k + 1 coefficients.
             let (mut row, mut row_u, mut row_slope, mut row_u_slope) = (S::ZERO, S::ZERO, S::ZERO, S::ZERO);
             let mut j = k + 1;
             while j > 0 {
@@ -173,13 +175,13 @@ impl Universal {
             p_slope = p_slope * step + row_slope;
             u_slope = u_slope * step + row_u_slope;
         }
-        // x dx⁻¹ d/dm: dx/dm = −2 x cot m.
+        // d(xʲ)/dm = −2j xʲ cot m
         let factor = S::of(-2.0) * cotangent;
         Differences { along: p, excess: u, slopes: [factor * u_slope, factor * p_slope] }
     }
 }
 
-/// Coefficients of (sin t / t)^p in t², by J. C. P. Miller's recurrence for powers of series.
+/// The coefficients of (sin t / t)^p in t², by J. C. P. Miller's recurrence for powers of series.
 fn power_of_sinc(p: f64) -> [f64; SERIES] {
     let mut sinc = [1.0; SERIES];
     for k in 1..SERIES {
@@ -208,7 +210,7 @@ fn economise(series: &[f64; SERIES]) -> [f64; TERMS] {
     let node = |i: usize| (PI * (i as f64 + 0.5) / TERMS as f64).cos();
     let value = |i: usize| polynomial(series, FRAC_PI_2 * FRAC_PI_2 * 0.5 * (1.0 + node(i)));
     let values: [f64; TERMS] = std::array::from_fn(value);
-    // Chebyshev coefficients, then those of powers, by Tₖ₊₁ = 2x Tₖ − Tₖ₋₁.
+    // Chebyshev coefficients, converted to powers by Tₖ₊₁ = 2x Tₖ − Tₖ₋₁.
     let mut coefficients = [0.0; TERMS];
     let (mut before, mut now) = ([0.0; TERMS], [0.0; TERMS]);
     now[0] = 1.0;

@@ -1,5 +1,5 @@
-//! Segments of many curves side by side in vector lanes, whichever curve they belong to, and
-//! searches that advance by them: all curves of a chunk together, one trial per tick.
+//! [`Workspace`]: evaluates segments of many curves side by side in vector lanes, and advances
+//! their searches. All curves of a chunk advance together, one trial per tick.
 
 use super::evaluation::{Directed, Evaluation, FreeStart};
 use super::problem::{Ends, Outcome, SlopesProblem, SlopesStanding, Until};
@@ -8,10 +8,10 @@ use super::universal::Universal;
 use crate::linalg::{Lanes, Scalar, has_wide_registers};
 use crate::parallel;
 
-/// Segments a task evaluates at least: fewer are done sooner than handed over.
+/// The fewest segments per task. Fewer are evaluated faster than handed over.
 const TASK: usize = 4096;
 
-/// Angles to be evaluated, all of one universal curve and one kind, and where the results belong.
+/// The angles of segments of one universal curve and one kind, and the places of the results.
 #[derive(Default)]
 struct Group {
     angles: Vec<[f64; 2]>,
@@ -19,14 +19,14 @@ struct Group {
     found: Vec<Evaluation<f64>>,
 }
 
-/// Room for the evaluations of a chunk's segments.
+/// Buffers for the evaluations of a chunk's segments.
 pub(crate) struct Workspace {
     /// Two groups for every universal curve: directed at both ends, and free at the start.
     groups: Vec<[Group; 2]>,
     found: Vec<Evaluation<f64>>,
 }
 
-/// Evaluates as many segments side by side as S has lanes.
+/// Evaluates S::LANES segments at a time.
 fn evaluate_in_lanes<S: Scalar<Number = f64>>(
     curve: &Universal,
     free: bool,
@@ -36,7 +36,7 @@ fn evaluate_in_lanes<S: Scalar<Number = f64>>(
     for (angles, found) in angles.chunks(S::LANES).zip(found.chunks_mut(S::LANES)) {
         let mut ends = [S::ZERO; 2];
         for lane in 0..S::LANES {
-            // A group that is not full repeats its last: the same numbers twice change nothing.
+            // An incomplete group repeats its last segment, which does not change the others.
             for (end, angle) in ends.iter_mut().zip(angles[lane.min(angles.len() - 1)]) {
                 end.set_lane(lane, angle);
             }
@@ -53,8 +53,7 @@ fn evaluate_in_lanes<S: Scalar<Number = f64>>(
     }
 }
 
-/// Evaluates segments of unit chord with the given end angles, of one universal curve, on all
-/// threads.
+/// Evaluates segments of unit chord with these end angles, of one universal curve, on all threads.
 pub(crate) fn evaluate_all(curve: &Universal, free: bool, angles: &[[f64; 2]], found: &mut [Evaluation<f64>]) {
     let part = |(angles, found): (&[[f64; 2]], &mut [Evaluation<f64>])| {
         if has_wide_registers() {
@@ -89,7 +88,7 @@ impl Workspace {
                 let (kind, angles) = match span.ends {
                     Ends::Directed => (0, [a, b]),
                     Ends::FreeStart => (1, [0.0, b]),
-                    // From the other end, and mirrored.
+                    // Reversed and mirrored.
                     Ends::FreeEnd => (1, [0.0, -a]),
                     Ends::Straight => {
                         self.found.push(none);
@@ -111,7 +110,7 @@ impl Workspace {
                 }
             }
         }
-        // Back to the first end where that is the directed one.
+        // Restores segments whose first end is the directed one.
         let mut place = 0;
         for search in searches.iter().filter(|search| search.standing == SlopesStanding::Running) {
             for span in &search.problem.spans {

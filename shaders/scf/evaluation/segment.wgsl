@@ -1,7 +1,7 @@
-// The cost of a segment of unit chord, with its first and second derivatives in its end angles.
+// The cost of a segment of unit chord, with its first and second derivatives by its end angles.
 // Twin: src/scf/evaluation.rs, which gives the formulas.
 
-// Angles both below this are 0: √ of the smallest normal number.
+// If both angles are below this they count as 0: √ of the smallest normal number.
 //:if F64
 const ROOT_SMALLEST_NORMAL: real = real(1.4916681462400413e-154);
 //:else
@@ -17,7 +17,7 @@ fn evaluation_of(index: u32, segment: Segment, a: real, b: real) -> Evaluation {
     if (ends == ENDS_DIRECTED) {
         return evaluate_directed(curve, a, b);
     }
-    // From the other end, and mirrored, if that is the directed one.
+    // Reversed and mirrored if the start is the directed end.
     let own = evaluate_free(curve, select(b, -a, ends == ENDS_FREE_END));
     if (ends == ENDS_FREE_END) {
         return Evaluation(own.cost, -own.by_b, real(0), own.by_bb, real(0), real(0), own.exists);
@@ -81,7 +81,7 @@ fn at_piece(curve: Universal, piece: Piece, a: real, b: real) -> Evaluation {
     );
 }
 
-// The segment that starts with a free tangent, and ends at the angle b from its unit chord.
+// The segment with a free start that ends at the angle b from its unit chord.
 fn evaluate_free(curve: Universal, b: real) -> Evaluation {
     let nu = curve.exponent;
     if (!(abs(b) - ROOT_SMALLEST_NORMAL > real(0))) {

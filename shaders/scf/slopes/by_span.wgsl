@@ -1,4 +1,5 @@
-// Curves under tension: spans are judged one by one, and dots become movable in stages. Twin: src/scf/slopes.rs
+// Curves under tension: spans are judged one by one, and dots become movable in stages.
+// Twin: src/scf/slopes.rs
 
 //:if F64
 const CLOSE: real = real(1e-9);
@@ -8,7 +9,7 @@ const CLOSE: real = real(1e-3);
 //:end
 const NEARLY: real = real(1e-4);
 
-// No twin: what the CPU has in arrays of their own, of the spans where the curve stands.
+// No twin: the CPU has separate arrays. The values of the spans at the current curve.
 const WORK_SPAN_COST: u32 = 8u;
 const WORK_SPAN_FIRST: u32 = 9u;
 const WORK_SPAN_LAST: u32 = 10u;
@@ -18,7 +19,7 @@ const WORK_TAUT_NUMBERS: u32 = 11u;
 // The stage of the curve.
 var<private> stage: real;
 
-// 1 where a direction is an unknown in this stage, else 0.
+// 1 if a direction is an unknown in this stage, else 0.
 fn movable(dot: u32) -> real {
     return select(real(0), fixed[dot], fixed[2u * params.dots + dot] <= stage);
 }
@@ -31,7 +32,7 @@ fn span_count(curve: SlopesCurve) -> u32 {
     return curve.dots - 1u + curve.closed;
 }
 
-// Whether the kernel that evaluates could not follow a segment.
+// Whether the evaluation kernel could not follow a segment.
 fn is_to_be_asked(curve: SlopesCurve) -> bool {
     var is_asked = false;
     for (var k = 0u; k < span_count(curve); k++) {
@@ -40,7 +41,7 @@ fn is_to_be_asked(curve: SlopesCurve) -> bool {
     return is_asked;
 }
 
-// By how much the cost changes towards a trial, summed over spans.
+// The change of the cost for a trial, summed over spans.
 fn change(curve: SlopesCurve) -> real {
     let dots = params.dots;
     var sum = real(0);
@@ -75,7 +76,7 @@ fn keep_spans(curve: SlopesCurve) {
     }
 }
 
-// √(g H⁻¹g/cost), the largest of single dots with the spans that meet there.
+// √(g H⁻¹g/cost), the largest value of any dot with its adjacent spans.
 fn decrement_by_dot(curve: SlopesCurve) -> real {
     let dots = params.dots;
     var most = real(0);
@@ -97,7 +98,7 @@ fn decrement_by_dot(curve: SlopesCurve) -> real {
     return sqrt(most);
 }
 
-// Where a stage has ended, and it is not the last, begins the next: its first trial is where the curve stands.
+// If a stage other than the last has ended, begins the next. Its first trial is the current curve.
 fn loosened(curve: SlopesCurve, index: u32, ended: SlopesState) -> SlopesState {
     var state = ended;
     if (state.standing == SLOPES_STANDING_RUNNING || is_last_stage(curve)) {

@@ -1,14 +1,14 @@
-// The solution of (H + λ diag|H|) p = −g of a curve, in two halves. Twin: src/scf/slopes.rs, and of the elimination
-// src/linalg/banded.rs.
+// The solution of (H + λ diag|H|) p = −g for a curve, in two halves.
+// Twin: src/scf/slopes.rs, and src/linalg/banded.rs for the elimination.
 
 fn damped_diagonal(curve: SlopesCurve, k: u32, lambda: real) -> real {
     let d = work[WORK_DIAGONAL * params.dots + curve.start + k];
-    // A dot between straight segments has no stiffness at all, and no moment.
+    // A dot between straight segments has neither stiffness nor moment.
     return select(d + lambda * abs(d), real(1), d == real(0));
 }
 
-// Factors H + λ diag|H|, and takes −g through the first half of the solution; the smallest pivot.
-// See src/linalg/banded.rs.
+// Factorises H + λ diag|H|, and takes −g through the first half of the solution. Returns the
+// smallest pivot. See src/linalg/banded.rs.
 fn factor(curve: SlopesCurve, lambda: real) -> real {
     let dots = params.dots;
     let coupling = WORK_COUPLING * dots + curve.start;
@@ -100,7 +100,7 @@ fn solve(curve: SlopesCurve) -> Solved {
     let kept = work[steps];
     var after = real(0);
     var most = select(real(0), abs(kept), closed);
-    // From the last row to the first that is not kept.
+    // From the last row to the first one, except a kept row 0.
     for (var k = curve.closed; k < n; k++) {
         let i = n - 1u - k + curve.closed;
         var here = work[pivots + i] * work[steps + i];

@@ -1,4 +1,4 @@
-// How a curve's search goes, as evaluation.wgsl and slopes.wgsl both see it.
+// The state of a curve's search, shared by evaluation.wgsl and slopes.wgsl.
 // Twin: src/scf/slopes.rs
 
 // No twin: what the host writes before the first trial.
@@ -12,18 +12,18 @@ const SLOPES_STANDING_UNATTAINED: u32 = 4u;
 const SLOPES_STANDING_NOWHERE: u32 = 5u;
 const SLOPES_STANDING_EXHAUSTED: u32 = 6u;
 
-// No twin: what the CPU has in variables, or does at once.
-// Trials failed since the last step, one of them for want of a minimiser.
+// No twin: the CPU has these in variables, or acts at once.
+// Trials have failed since the last step, one of them for lack of a minimiser.
 const FLAG_UNATTAINED: u32 = 1u;
-// A step was just taken.
+// A step was just accepted.
 const FLAG_ACCEPTED: u32 = 2u;
-// The matrix is to be factored with more damping before the next trial.
+// The matrix must be factorised with more damping before the next trial.
 const FLAG_STIFFENED: u32 = 4u;
-// The gradient is 0 where it stands.
+// The gradient is 0 at the current curve.
 const FLAG_FLAT: u32 = 8u;
 // The host is asked for segments under tension.
 const FLAG_ASKED: u32 = 16u;
-// More dots became movable where it stands.
+// A new stage has begun at the current curve.
 const FLAG_LOOSENED: u32 = 32u;
 
 struct SlopesState {
@@ -31,7 +31,8 @@ struct SlopesState {
     iterations: u32,
     evaluations: u32,
     flags: u32,
-    // One more than the first segment that had no minimiser in the last trial that failed for it.
+    // One more than the index of the first segment without minimiser in the last trial that failed
+    // for this reason.
     culprit: u32,
 }
 

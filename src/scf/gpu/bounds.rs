@@ -1,55 +1,57 @@
-//! Which curves the kernels of a family can search.
+//! The bounds of the curves that the kernels of a family can search.
 
 use crate::precision::Precision;
 use crate::scf::family::{Family, SlopesSearch};
 use crate::scf::problem::Ends;
 
-/// What the kernels of a family take on.
+/// The bounds of the kernels of a family.
 pub(super) struct Bounds {
-    /// Dots of a curve at most.
+    /// The most dots of a curve.
     pub dots: usize,
-    /// Trials per curve and submission at most.
+    /// The most trials per curve and submission.
     pub trials: usize,
-    /// Segments evaluated per submission at most, over all trials.
+    /// The most segments evaluated per submission, over all trials.
     pub evaluations: usize,
-    /// The relative decrement that rounding in f32 lets curves reach, in units of ε.
+    /// The relative decrement that curves can reach in f32, in units of ε.
     pub roundings: f64,
-    /// Numbers of a dot in `work`.
+    /// The numbers per dot in `work`.
     pub work_numbers: usize,
 }
 
 const WORK_NUMBERS: usize = 8;
 const WORK_TAUT_NUMBERS: usize = 11;
 
-/// A tick takes seven loop turns per dot, and llvmpipe ends a thread's loops silently after 65,535 turns in all.
+/// A tick takes seven loop turns per dot, and llvmpipe silently ends a thread's loops after 65,535
+/// turns in total.
 ///
-/// Of roundings: an angle is rounded to half an ε of up to π, its moment to some ε more. At an inflection, where the
-/// moments of both ends all but cancel, it is several times that.
+/// An angle of up to π is rounded by half an ε, and its moment by a few ε more. At an inflection,
+/// where the moments of both ends almost cancel, the rounding is several times as large.
 pub(super) const PLAIN: Bounds =
     Bounds { dots: 8192, trials: 8, evaluations: 1 << 21, roundings: 32.0, work_numbers: WORK_NUMBERS };
 
-/// A tick takes twelve loop turns per dot, and a curve that asks waits for the end of the submission. The host ends the
-/// search in f64.
+/// A tick takes twelve loop turns per dot, and a curve that asks the host waits for the end of the
+/// submission. The host completes the search in f64.
 pub(super) const UNDER_TENSION: Bounds =
     Bounds { dots: 4096, trials: 4, evaluations: 1 << 18, roundings: 1024.0, work_numbers: WORK_TAUT_NUMBERS };
 
-/// The smallest weight of plain segments, and the smallest cost of the most expensive one, that f32 is trusted
-/// with: their parts that matter are normal numbers still.
+/// The smallest weight of plain segments, and the smallest cost of the most expensive one, for
+/// which f32 is used. The relevant parts are then still normal numbers.
 const LEAST_NARROW: f64 = 1e-18;
 
 /// The largest ν in f32: costs are below (2π)^ν.
 const MOST_NARROW: f64 = 32.0;
 
-/// The shortest and the longest chord under tension, in the unit in which λ is 1, that f32 is trusted with.
+/// The shortest and the longest chord under tension for which f32 is used, in the unit in which λ
+/// is 1.
 const NARROW_CHORDS: [f64; 2] = [1e-2, 1e4];
 
-/// The smallest weight under tension that f32 is trusted with.
+/// The smallest weight under tension for which f32 is used.
 ///
-/// Spans are judged one by one, and dots become movable from the most expensive spans on: a cheap span needs a normal
-/// number, no digits.
+/// Spans are judged one by one, and dots become movable from the most expensive spans on. A cheap
+/// span therefore needs a normal number, but no digits.
 const LEAST_WEIGHT: f64 = 1e-30;
 
-/// What the kernels of a family take on.
+/// The bounds of the kernels of a family.
 pub(super) fn bounds(family: Family) -> Bounds {
     match family {
         Family::Plain(_) => PLAIN,
@@ -57,15 +59,15 @@ pub(super) fn bounds(family: Family) -> Bounds {
     }
 }
 
-/// Whether a thread has the patience, and the precision the range, for a curve.
+/// Whether a thread has enough loop turns, and the precision enough range, for a curve.
 pub(super) fn is_for_kernel(family: Family, search: &SlopesSearch, precision: Precision) -> bool {
     let fits = (2..=bounds(family).dots).contains(&search.problem.dots());
-    // Only under tension are costs at the start known.
+    // Costs at the start are known only under tension.
     let exists = search.found.iter().all(|found| found.exists > 0.0);
     fits && exists && family.unit(search).is_normal() && (precision == Precision::F64 || is_narrow(family, search))
 }
 
-/// Whether f32 has the range for a curve.
+/// Whether f32 has enough range for a curve.
 fn is_narrow(family: Family, search: &SlopesSearch) -> bool {
     let problem = &search.problem;
     if let Family::UnderTension(_) = family {

@@ -1,9 +1,10 @@
-//! Newton's method on the tangent angles of many curves, on a GPU: their state stays there, and only
-//! standings come back until none runs.
+//! Newton's method on the tangent angles of many curves, on a GPU. Their state stays on the device,
+//! and only standings are downloaded until no curve is running.
 //!
-//! A segment under tension is followed from trial to trial by the kernel. If that fails, since its shape turns into
-//! one of another kind or one that the kernel does not know, the kernel asks: the curve waits, and after the round the
-//! host finds the segment by nested roots, in f64, and the search goes on.
+//! The kernel follows each segment under tension from trial to trial. This fails if the segment's
+//! shape becomes one of another kind, or one that the kernel does not know. The kernel then asks
+//! the host: the curve waits until the end of the round, the host finds the segment by nested roots
+//! in f64, and the search continues.
 
 use std::borrow::Cow;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -60,15 +61,15 @@ pub(super) struct Answer {
 /// `FLAG_ASKED` of `slopes/standing.wgsl`.
 pub(super) const FLAG_ASKED: u32 = 16;
 
-/// Numbers of a curve, and those that come back.
+/// The numbers per curve, and those that are read back.
 const SLOPES_NUMBERS: usize = 13;
 const SLOPES_COST: usize = 4;
 const SLOPES_DECREMENT: usize = 5;
 
-/// Numbers of a segment in `shapes`.
+/// The numbers per segment in `shapes`.
 const SHAPE_NUMBERS: usize = 4;
 
-/// The standings by the kernel's numbers, from 1 on.
+/// The standings by the kernel's codes, from 1.
 const STANDINGS: [SlopesStanding; 6] = [
     SlopesStanding::Running,
     SlopesStanding::Converged,
@@ -78,14 +79,15 @@ const STANDINGS: [SlopesStanding; 6] = [
     SlopesStanding::Exhausted,
 ];
 
-/// Searches for the tangent angles of every curve, and counts the segments that the kernel asked for.
+/// Searches for the tangent angles of every curve, and counts the segments for which the kernel
+/// asked the host.
 ///
-/// Turns are displacements, so that f32 keeps their digits. The outcome is `None` for a curve with too many dots, or
-/// whose costs are beyond the range of f32. If the device is lost, finished curves are kept, and the others come out
-/// as they came in.
+/// Unknowns are turns from reference directions, so that f32 keeps their digits. The outcome is
+/// `None` for a curve with too many dots, or with costs beyond the range of f32. If the device is
+/// lost, finished curves are kept, and the others are returned unfinished.
 ///
 /// # Errors
-/// Errors of compiling the kernels and of submissions, if nothing was finished.
+/// Errors of compiling the kernels and of submissions, if no curve was finished.
 pub(in crate::scf) fn search_on_gpu(
     gpu: &Gpu,
     precision: Precision,
@@ -126,7 +128,7 @@ struct SlopesJob<'a> {
 /// The curves of a chunk.
 struct Chunk {
     members: Vec<usize>,
-    /// Where each curve stands in the chunk's arrays.
+    /// The positions of the curves in the chunk's arrays.
     table: Vec<SlopesCurve>,
 }
 
@@ -136,7 +138,7 @@ impl Chunk {
     }
 }
 
-/// A segment that the kernel asks for.
+/// A segment for which the kernel asks the host.
 struct Asked<'a> {
     answer: Answer,
     search: &'a SlopesSearch,
@@ -145,7 +147,7 @@ struct Asked<'a> {
 }
 
 impl Asked<'_> {
-    /// The shape of the segment and what is found of it, by nested roots.
+    /// The segment's shape and evaluation, by nested roots.
     fn found(&self, laws: &[TensionLaw]) -> Vec<f64> {
         let Asked { search, span, turns, .. } = *self;
         let law = &laws[usize::from(search.problem.spans[span].curve)];
@@ -156,7 +158,7 @@ impl Asked<'_> {
     }
 }
 
-/// The shape of a segment under tension, and what is found of it, as the kernels have them.
+/// The shape and the evaluation of a segment under tension, in the kernel's format.
 fn packed(
     laws: &[TensionLaw],
     search: &SlopesSearch,
@@ -171,7 +173,7 @@ fn packed(
     (known.packed(law, span), [cost, a, b, aa, ab, bb, exists])
 }
 
-/// The arrays of a chunk that come back at the end, and those that the host sees after every round under tension.
+/// The arrays of a chunk that are downloaded at the end, and under tension after every round.
 const WANTED: [&str; 3] = ["states", "numbers", "turns"];
 const LOOKED_AT: [&str; 2] = ["found", "turns"];
 
@@ -179,8 +181,8 @@ impl<'a> SlopesJob<'a> {
     fn run(&self, outcomes: &mut [Option<Outcome>]) -> Result<(), Interrupted> {
         let real = self.precision.bytes();
         let work = bounds(self.family).work_numbers;
-        // Of a dot and its segment: work, `found` and its download, turns and their download, angles and chord,
-        // weight, stage and whether it moves, shape; segment, task.
+        // Per dot and segment: work, `found` and its download, turns and their download, angles and
+        // chord, weight, stage and whether it moves, shape; segment, task.
         let together = (work + 2 * FOUND + 6 + 3 + 3 + SHAPE_NUMBERS) as u64 * real + 20;
         let dots = self.order.iter().map(|&i| self.searches[i].problem.dots());
         let chunks = plan::chunks(dots, work as u64 * real, together, &limits(self.gpu, together))?;
@@ -200,7 +202,7 @@ impl<'a> SlopesJob<'a> {
         let chunk = Chunk { members: members.to_vec(), table: self.table(members) };
         let count = chunk.dots();
         let is_under_tension = matches!(self.family, Family::UnderTension(_));
-        // An open curve has no segment where a closed one has its last.
+        // An open curve has no segment in the place of a closed curve's last one.
         let mut segments = vec![Segment { owner: 0, first: 0, last: 0, kind: 0 }; count];
         let [mut angles, mut fixed] = [0, 1].map(|_| vec![0.0; 3 * count]);
         let [mut shapes, mut found] =
@@ -265,7 +267,8 @@ impl<'a> SlopesJob<'a> {
         table
     }
 
-    /// The numbers of a curve at the start: see `slopes.wgsl`. NaN marks what the kernel must write before it reads it.
+    /// The numbers of a curve at the start: see `slopes.wgsl`. NaN marks numbers that the kernel
+    /// must write before it reads them.
     fn numbers(&self, exponent: f64) -> [f64; SLOPES_NUMBERS] {
         let epsilon = if self.precision == Precision::F64 { 0.0 } else { f64::from(f32::EPSILON) };
         let (share, part) = (1.0 / exponent, 1.0 - 1.0 / exponent);
@@ -276,8 +279,8 @@ impl<'a> SlopesJob<'a> {
         [share, part, least, tolerance, infinity, infinity, unknown, unknown, unknown, unknown, 0.0, roughly, 0.0]
     }
 
-    /// Answers what the last round has asked, and records trials of the curves listed: each is an evaluation of their
-    /// segments and a step.
+    /// Answers the requests of the last round, and records trials of the listed curves. A trial is
+    /// an evaluation of their segments and a step.
     fn round(
         &self,
         recording: &mut Recording<'a>,
@@ -310,7 +313,7 @@ impl<'a> SlopesJob<'a> {
         Ok(())
     }
 
-    /// The segments that the kernel asks for.
+    /// The segments for which the kernel asks the host.
     fn asked<'b>(
         &'b self,
         chunk: &Chunk,
@@ -333,7 +336,7 @@ impl<'a> SlopesJob<'a> {
         asked
     }
 
-    /// Finds the segments asked for, and records that the kernel gets them.
+    /// Finds the requested segments, and records their upload.
     fn answer(
         &self,
         recording: &mut Recording<'a>,

@@ -1,4 +1,5 @@
-//! Searches on the GPU against those of the CPU in f64, and the kernels' constants against its own.
+//! Tests of searches on the GPU against the CPU in f64, and of the kernels' constants against the
+//! CPU's.
 
 mod taut;
 
@@ -21,7 +22,7 @@ use crate::scf::workspace::Workspace;
 
 const EXPONENTS: [f64; 5] = [1.5, 2.0, 4.0, 20.0, 2.7];
 
-/// What f64 reaches for ν = 20 too.
+/// f64 reaches this for ν = 20 too.
 const UNTIL: Until = Until { tolerance: 1e-8, iterations: 100 };
 
 fn curves() -> Vec<Universal> {
@@ -30,8 +31,8 @@ fn curves() -> Vec<Universal> {
 
 type Given = SlopesProblem;
 
-/// The problem of a curve: `number` of its exponent, and fixed directions by dot. A free end beside
-/// a free end is straight.
+/// The problem of a curve with exponent `number` and fixed directions by dot. A segment between two
+/// free ends is straight.
 fn given(points: &[[f64; 2]], closed: bool, number: u16, fixed: &[(usize, f64)]) -> Given {
     let chords = Chords::of(points, closed);
     let (spans, dots) = (chords.lengths.len(), points.len());
@@ -55,7 +56,7 @@ fn given(points: &[[f64; 2]], closed: bool, number: u16, fixed: &[(usize, f64)])
     SlopesProblem { closed, exponent, spans: (0..spans).map(span).collect(), movable }
 }
 
-/// Points along a line or around a circle, moved about.
+/// Points along a line or around a circle, with noise.
 fn points(dots: usize, closed: bool, noise: f64, random: &mut StdRng) -> Vec<[f64; 2]> {
     let mut move_by = |x: f64| x + random.random_range(-noise..noise);
     let at = |k: usize| {
@@ -66,8 +67,8 @@ fn points(dots: usize, closed: bool, noise: f64, random: &mut StdRng) -> Vec<[f6
     (0..dots).map(|k| at(k).map(&mut move_by)).collect()
 }
 
-/// Curves of 2 to 60 dots, open and closed, with free and fixed ends, of every exponent; some of
-/// them without a minimum, or without a segment to start with.
+/// Curves of 2 to 60 dots, open and closed, with free and fixed ends, of every exponent. Some have
+/// no minimum, or no segment to start with.
 fn ragged(seed: u64) -> Vec<Given> {
     println!("seed {seed}");
     let mut random = StdRng::seed_from_u64(seed);
@@ -87,7 +88,7 @@ fn ragged(seed: u64) -> Vec<Given> {
             all.push(given(&open, closed && dots > 2, number, fixed));
         }
     }
-    // In a line: nothing bends.
+    // On a line: nothing bends.
     let line: Vec<[f64; 2]> = (0..6).map(|k| [k as f64, 0.5 * k as f64]).collect();
     all.push(given(&line, false, 1, &[]));
     // A scalene triangle, whose curve grows without end for ν = 1.5.
@@ -122,7 +123,7 @@ fn every_curve_of_a_ragged_batch_ends_as_on_the_cpu() {
             && count(SlopesStanding::Unattained) >= 1
     );
     for precision in precisions(&gpu) {
-        // The CPU as far as the GPU goes.
+        // The CPU with the tolerance of the GPU.
         let tolerance =
             if precision == Precision::F64 { UNTIL.tolerance } else { PLAIN.roundings * f64::from(f32::EPSILON) };
         let wanted = on_cpu(&searches, &Until { tolerance, ..UNTIL });
@@ -136,9 +137,10 @@ fn every_curve_of_a_ragged_batch_ends_as_on_the_cpu() {
                 assert_eq!(found.culprit.is_some(), wanted.culprit.is_some(), "curve {i} in {precision:?}");
                 continue;
             }
-            // In f32 a cost is good to some 200 ν ε (the last step on the way to a segment's root
-            // is 3e-5 of it or less, and leaves a tenth of that where almost circular segments know
-            // their slope but badly), and turns to what a decrement of 32 ε allows.
+            // In f32 the error of a cost is about 200 ν ε, and turns have the error that a
+            // decrement of 32 ε allows. The last step towards a segment's root is 3e-5 of it or
+            // less. It leaves a tenth of that for almost circular segments, whose slope is
+            // inaccurate.
             let (turns, cost) = match precision {
                 Precision::F64 => (1e-9, 1e-12),
                 _ => (1e-4, 200.0 * exponent * f64::from(f32::EPSILON)),
@@ -230,7 +232,7 @@ fn kernel(path: &str) -> &'static str {
     source::file(path).expect("a file of the room")
 }
 
-/// A constant of a file of kernels.
+/// A constant of a kernel file.
 fn number(path: &str, name: &str) -> usize {
     let (_, after) = kernel(path).split_once(&format!("const {name}: u32 = ")).expect("it is there");
     after.split_once("u;").expect("a number").0.parse().expect("a number")

@@ -1,19 +1,22 @@
-//! The directions of least ∫|κ|^ν ds of which every span turns to the sides asked for, of one curve. No twin: few curves
-//! need it.
+//! Finds the directions of least ∫|κ|^ν ds for which every span turns to its required side, for one
+//! curve.
+//! No twin: few curves need it.
 //!
-//! From directions that keep all [`rooms`] an interior point method goes: Newton on
+//! An interior-point method starts from directions that keep all [`rooms`] and applies Newton's
+//! method to
 //!
 //! ```text
 //! (E/E₀)^{1/ν} − μ Σ ln(room/(room + turn))
 //! ```
 //!
-//! for ever smaller μ, with E₀ the energy when μ last fell and the turns of the polygon. So no room is sought beyond
-//! these, where segments may have no minimiser. The Hessian of the root is tridiagonal but for one product of
-//! gradients, which the formula of Sherman and Morrison brings back. Where there are no such directions yet, Gauss's and
-//! Newton's method makes the squares of what the rooms lack least.
+//! for decreasing μ, with the energy E₀ at the last decrease of μ and the turns of the polygon. The
+//! turns bound the barrier, because segments may have no minimiser far inside. The Hessian of the
+//! root is tridiagonal plus a product of gradients, which the Sherman–Morrison formula handles. If
+//! there are no feasible directions yet, the Gauss–Newton method minimises the sum of squares of
+//! the missing rooms.
 //!
-//! Source: S. Boyd and L. Vandenberghe, *Convex Optimization*, chapter 11; J. Nocedal and S. J. Wright, *Numerical
-//! Optimization*, chapters 10 and 19.
+//! Source: S. Boyd and L. Vandenberghe, *Convex Optimization*, chapter 11; J. Nocedal and S. J.
+//! Wright, *Numerical Optimization*, chapters 10 and 19.
 
 use super::super::evaluation::{Directed, Evaluation, FreeStart};
 use super::super::problem::{Ends, Outcome, SlopesProblem, SlopesStanding};
@@ -23,75 +26,78 @@ use crate::linalg::Scalar;
 use crate::linalg::banded::Banded;
 use crate::sides::Asked;
 
-/// μ at first, and at last.
+/// The initial and the final μ.
 ///
-/// The root is then within this times the number of rooms of its minimum.
+/// At the end the root is within μ times the number of rooms of its minimum.
 const WEIGHTS: [f64; 2] = [0.1, 1e-10];
 
-/// μ falls by this factor.
+/// The factor by which μ decreases.
 const FALL: f64 = 0.1;
 
-/// Newton's steps a weight. Three to six are needed, and some ten at first.
+/// The most Newton steps per weight. Three to six are needed, and about ten at first.
 const MOST_STEPS: u32 = 100;
 
-/// Newton's steps end when they save less than this part of the weight.
+/// Newton's method stops when a step saves less than this fraction of the weight.
 const NEAR: f64 = 1e-3;
 
-/// Parts of the root that rounding may hide.
+/// The relative rounding of the root.
 const NOISE: f64 = 1e-14;
 
-/// What a step that leads no further down may have promised to save at the end.
+/// The largest predicted decrease of a failed step that still counts as converged.
 const HIDDEN: f64 = 1e-12;
 
-/// An end is held where the root rises by more than this for a bound that rises by the turn at its point. Elsewhere it rises
-/// by some of the last weight.
+/// A constraint is active if the root rises by more than this when its bound rises by the turn at
+/// its point. Otherwise it rises by about the last weight.
 const HELD: f64 = 1e-6;
 
-/// Armijo's part of the slope.
+/// Armijo's fraction of the slope.
 const DESCENT: f64 = 1e-4;
 
-/// Where steps so much shorter lead to segments without minimiser still, the way down ends at an edge.
+/// If steps shortened by this factor still lead to segments without minimiser, the descent ends at
+/// the edge of their domain.
 const EDGE: f64 = 1e-4;
 
-/// Halvings of a step.
+/// The most halvings of a step.
 const MOST_SHORTER: usize = 50;
 
-/// No direction turns by more than this in a step, in radians.
+/// The largest turn of a direction per step, in radians.
 const MOST_TURN: f64 = 0.5;
 
-/// Parts of the absolute diagonal that are added where the Hessian is not positive definite.
+/// The fractions of the absolute diagonal that are added if the Hessian is not positive definite.
 const DAMPINGS: [f64; 12] = [0.0, 0.01, 0.04, 0.16, 0.64, 2.6, 10.0, 41.0, 164.0, 1e3, 1e4, 1e5];
 
-/// Rooms that are looked for, in parts of the turns at the points: the first that all have.
+/// The depths of rooms that are tried, as fractions of the turns at the points. The first one that
+/// all rooms reach is used.
 const DEPTHS: [f64; 7] = [0.2, 0.1, 0.03, 1e-2, 1e-3, 1e-4, 1e-5];
 
-/// Steps towards each.
+/// The most steps towards each depth.
 const MOST_WAYS: usize = 100;
 
-/// A curve of which sides are asked.
+/// A curve with required sides.
 pub(super) struct Sided<'a> {
     pub problem: &'a SlopesProblem,
     pub curves: &'a [Universal],
     pub asked: &'a [Asked],
-    /// The turns of the polygon by which the rooms of every span are measured.
+    /// The turns of the polygon relative to which the rooms of each span are measured.
     pub sizes: &'a [f64],
 }
 
-/// The directions that keep all rooms at least cost.
+/// The feasible directions of least cost.
 pub(super) struct MendResult {
-    /// Its decrement is the root of what a last step would save, relative to the ν-norm of the curvature.
+    /// The outcome. Its decrement is the square root of the decrease that a last step would bring,
+    /// relative to the ν-norm of the curvature.
     pub outcome: Outcome,
-    /// Ends of spans that their side holds.
+    /// The number of span ends with an active constraint.
     pub held: usize,
 }
 
-/// The end of a span whose side is not kept.
+/// The end of a span whose constraint cannot be satisfied.
 pub(super) struct Short {
     pub span: usize,
     pub end: usize,
 }
 
-/// What is known of directions that keep all rooms.
+/// Feasible directions, with cost, gradient and rooms.
 struct Place {
     turns: Vec<f64>,
     cost: f64,
@@ -100,17 +106,17 @@ struct Place {
     rooms: Vec<[Option<Room>; 2]>,
 }
 
-/// A symmetric tridiagonal matrix, cyclic for closed curves, and a vector.
+/// A symmetric tridiagonal matrix, cyclic for closed curves, and a gradient.
 struct Assembly {
     gradient: Vec<f64>,
     diagonal: Vec<f64>,
     coupling: Vec<f64>,
-    /// What damping adds parts of.
+    /// The diagonal of which damping adds a fraction.
     scale: Vec<f64>,
 }
 
 impl Sided<'_> {
-    /// The rooms of all spans; `None` where one turns by π or more.
+    /// The rooms of all spans; `None` if a span turns by π or more.
     fn rooms(&self, turns: &[f64]) -> Option<Vec<[Option<Room>; 2]>> {
         let of_span = |k: usize| {
             let span = &self.problem.spans[k];
@@ -130,10 +136,10 @@ impl Sided<'_> {
         }
     }
 
-    /// What directions cost.
+    /// Evaluates directions.
     ///
     /// # Errors
-    /// Where there is no room; the first span without minimiser.
+    /// `None` if they are infeasible, or the first span without minimiser.
     fn place(&self, turns: Vec<f64>) -> Result<Place, Option<usize>> {
         let rooms = self.rooms(&turns).ok_or(None)?;
         if rooms.iter().flatten().flatten().any(|room| room.value.is_nan() || room.value <= 0.0) {
@@ -154,7 +160,7 @@ impl Sided<'_> {
         Assembly { gradient: zero.clone(), diagonal: zero.clone(), coupling, scale: zero }
     }
 
-    /// Adds a span's derivatives. `size` is the diagonal of their part that is a sum of squares.
+    /// Adds a span's derivatives. `size` is the diagonal of the part that is a sum of squares.
     fn add(&self, to: &mut Assembly, k: usize, gradient: [f64; 2], hessian: [f64; 3], size: [f64; 2]) {
         let after = self.problem.after(k);
         to.gradient[k] += gradient[0];
@@ -166,7 +172,7 @@ impl Sided<'_> {
         to.scale[after] += size[1];
     }
 
-    /// Solves for the right-hand sides; `None` where the matrix is not positive definite.
+    /// Solves for the right-hand sides; `None` if the matrix is not positive definite.
     fn solved<const D: usize>(
         &self,
         matrix: &Assembly,
@@ -196,7 +202,7 @@ impl Sided<'_> {
         (place.cost / free).powf(1.0 / self.problem.exponent) - weight * logarithms
     }
 
-    /// Newton's step, by how much it leads down to first order, and whether it is undamped.
+    /// Newton's step, its slope, and whether it is undamped.
     fn step(&self, place: &Place, free: f64, weight: f64) -> Option<(Vec<f64>, f64, bool)> {
         let share = 1.0 / self.problem.exponent;
         let root = (place.cost / free).powf(share);
@@ -223,7 +229,7 @@ impl Sided<'_> {
             let Some(solved) = self.solved(&system, damping, sides.clone()) else { continue };
             let dot =
                 |which: usize| sides.iter().zip(&solved).map(|(side, solved)| side[1] * solved[which]).sum::<f64>();
-            // Beyond it the root is no longer convex along the gradient of the energy.
+            // Beyond this the root is no longer convex along the gradient of the energy.
             let left = 1.0 - dot(1);
             let more = if left > 0.1 { dot(0) / left } else { 0.0 };
             let step: Vec<f64> = solved.iter().map(|[newton, along]| newton + more * along).collect();
@@ -235,7 +241,7 @@ impl Sided<'_> {
         None
     }
 
-    /// Goes down from directions that keep all rooms.
+    /// Minimises the energy from feasible directions.
     pub fn least(&self, start: Vec<f64>, most_iterations: u32) -> Option<MendResult> {
         let mut place = self.place(start).ok()?;
         let mut culprit = None;
@@ -245,7 +251,7 @@ impl Sided<'_> {
         let mut weight = WEIGHTS[0];
         while standing == SlopesStanding::Running {
             let free = place.cost;
-            // Whether steps led to where the last one saves nothing.
+            // Whether the last step predicts no further decrease.
             let mut is_reached = false;
             for _ in 0..MOST_STEPS {
                 let Some((step, slope, undamped)) = self.step(&place, free, weight) else { break };
@@ -293,7 +299,7 @@ impl Sided<'_> {
             }
             weight = (FALL * weight).max(WEIGHTS[1]);
         }
-        // μ/room is by how much the root rises with what is asked.
+        // The root increases with the bound at the rate μ/room.
         let is_held = |(rooms, size): (&[Option<Room>; 2], &f64)| {
             rooms.iter().flatten().filter(|room| WEIGHTS[1] * size > HELD * room.value).count()
         };
@@ -303,10 +309,10 @@ impl Sided<'_> {
         Some(MendResult { outcome, held })
     }
 
-    /// Directions that keep all rooms, near the reference directions.
+    /// Finds feasible directions near the reference directions.
     ///
     /// # Errors
-    /// The end of a span that lacks most.
+    /// The end of a span with the largest violation.
     pub fn inside(&self) -> Result<Vec<f64>, Short> {
         let mut turns = vec![0.0; self.problem.movable.len()];
         for depth in DEPTHS {
@@ -333,7 +339,7 @@ impl Sided<'_> {
         Err(worst.1)
     }
 
-    /// Σ (depth − room/size)² over the rooms that are less deep, and its Gauss–Newton matrix.
+    /// Σ (depth − room/size)² over the rooms below `depth`, and its Gauss–Newton matrix.
     fn lack(&self, turns: &[f64], depth: f64) -> Option<(f64, Assembly)> {
         let mut system = self.assembly();
         let mut sum = 0.0;
@@ -350,7 +356,7 @@ impl Sided<'_> {
         Some((sum, system))
     }
 
-    /// Turns until all rooms are so deep, or no step leads on.
+    /// Turns the directions until all rooms reach this depth, or no step helps.
     fn deeper(&self, mut turns: Vec<f64>, depth: f64) -> Vec<f64> {
         let Some((mut sum, mut system)) = self.lack(&turns, depth) else { return turns };
         let mut damping = 1e-3;

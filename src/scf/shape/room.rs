@@ -1,15 +1,17 @@
-//! How far the end angles of a span are from turning to another side than asked for. No twin: few curves need it.
+//! [`Room`]: the distance of a span's end angles from a curvature of the wrong sign. No twin: few
+//! curves need it.
 //!
-//! A segment that turns by t from an end without curvature to the other starts at this angle from its chord, odd and
-//! analytic in t:
+//! A segment that turns by t from an end without curvature to the other end starts at this angle
+//! from its chord, odd and analytic in t:
 //!
 //! ```text
 //! C(t) = atan2(J(t), S(t)/q)
 //! ```
 //!
-//! Between end angles a and b, t = a − b, the curvature at the start has the sign of C(t) − a, that at the end the sign of
-//! b + C(t), whether there is an inflection or not. So both are to the left where −a and b are C(−t) at least, which is q/(1 +
-//! q) of the turn for small ones: for ν = 2 neither angle is more than twice the other.
+//! Between end angles a and b with t = a − b, the curvature at the start has the sign of C(t) − a,
+//! and at the end the sign of b + C(t), with or without an inflection. Both are to the left if −a
+//! and b are at least C(−t), which is q/(1 + q) of the turn for small turns. For ν = 2 neither
+//! angle is then more than twice the other.
 
 use std::f64::consts::PI;
 
@@ -17,16 +19,18 @@ use super::super::problem::Ends;
 use super::super::universal::Universal;
 use crate::sides::Asked;
 
-/// Directions of tangents and chords, up to π, are rounded. Angles this far from a bound are on their side of it.
+/// The rounding of directions of tangents and chords, up to π. Angles within it of a bound satisfy
+/// the bound.
 const ROUNDING: f64 = 16.0 * PI * f64::EPSILON;
 
-/// C″ is a difference of numbers 1/t times as large. Below √ε of a turn its own value is less than their rounding.
+/// Turns below this have C″ = 0. C″ is a difference of numbers 1/t times as large, whose rounding
+/// exceeds it below √ε of a turn.
 const STRAIGHT: f64 = 1e-8;
 
-/// What is left of an angle until the curvature at an end changes sign, with derivatives by a and b.
+/// The angle that remains until the curvature at an end changes sign, with derivatives by a and b.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Room {
-    /// In radians, positive where the side is kept.
+    /// In radians, positive if the constraint is satisfied.
     pub value: f64,
     /// ∂/∂a, ∂/∂b
     pub gradient: [f64; 2],
@@ -43,7 +47,7 @@ fn bound(curve: &Universal, t: f64) -> [f64; 3] {
     }
     let (sign, t) = (t.signum(), t.abs());
     let (moment, along) = curve.moment_along(t);
-    // All divided by S².
+    // Everything is divided by S².
     let (r, cotangent) = (along / moment, 1.0 / t.tan());
     let square = 1.0 / (q * q) + r * r;
     let first = 1.0 / q - r * cotangent;
@@ -53,7 +57,8 @@ fn bound(curve: &Universal, t: f64) -> [f64; 3] {
     [sign * along.atan2(moment / q), first / square, sign * second]
 }
 
-/// The room at both ends of a span of unit chord, where a side is asked for; `None` where it turns by π or more.
+/// The rooms at both ends of a span of unit chord, where a side is required; `None` if it turns by
+/// π or more.
 pub(super) fn rooms(curve: &Universal, ends: Ends, asked: &Asked, [a, b]: [f64; 2]) -> Option<[Option<Room>; 2]> {
     let sided = |end: usize, room: &dyn Fn(f64) -> Room| {
         let side = asked.ends[end];

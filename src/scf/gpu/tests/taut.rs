@@ -1,4 +1,4 @@
-//! Segments and curves under tension on the GPU against those of the CPU in f64.
+//! Tests of segments and curves under tension on the GPU against the CPU in f64.
 
 use super::*;
 use crate::scf::evaluation::Evaluation;
@@ -15,7 +15,7 @@ const LAWS: [f64; 6] = [1.3, 1.5, 2.0, 3.0, 8.0, 20.0];
 
 type Followed = (u16, TensionSpan, [f64; 2], Near);
 
-/// Random spans, known at some angles, to be followed to others up to `far` away.
+/// Random spans with known shapes at some angles, to be followed to angles up to `far` away.
 fn spans(laws: &[TensionLaw], count: usize, far: f64, seed: u64) -> Vec<Followed> {
     println!("seed {seed}");
     let mut random = StdRng::seed_from_u64(seed);
@@ -34,7 +34,7 @@ fn spans(laws: &[TensionLaw], count: usize, far: f64, seed: u64) -> Vec<Followed
     all
 }
 
-/// Spans followed by the kernel, each to its angles: what is found, `None` where the kernel asks.
+/// The evaluations of spans that the kernel follows to their angles; `None` if it asks the host.
 fn followed_on_gpu(
     gpu: &Gpu,
     precision: Precision,
@@ -80,15 +80,15 @@ fn followed_on_gpu(
     Ok(known.map(on_chord_of_1).map(|found| (found.exists > 0.0).then_some(found)).collect())
 }
 
-/// The largest difference, of the largest of all.
+/// The largest difference, relative to the largest value.
 fn relative(found: &[f64], wanted: &[f64]) -> f64 {
     let largest = wanted.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let apart = largest_difference(found, wanted);
     if apart == 0.0 { 0.0 } else { apart / largest }
 }
 
-/// Roundings of costs, of first and of second derivatives. Newton's steps end where a chord is closed to 256 ε of its
-/// arcs' lengths; second derivatives are quotients of differences.
+/// The rounding of costs, first and second derivatives, in ε. Newton's method stops when a chord is
+/// closed to 256 ε of its arcs' lengths. Second derivatives are quotients of differences.
 const ROUNDINGS_FOLLOWED: [f64; 3] = [1024.0, 1024.0, 4096.0];
 
 #[test]
@@ -129,7 +129,7 @@ fn segments_are_followed_to_the_costs_and_derivatives_of_the_cpu() {
     }
 }
 
-/// Curves of dots of one kind, λ = (2qτ)^ν on a chord of 1, of which every second dot becomes movable later.
+/// Curves with λ = (2qτ)^ν on a chord of 1. Every second dot becomes movable in the second stage.
 fn taut(problems: Vec<Given>, laws: &[TensionLaw]) -> Vec<SlopesSearch> {
     let one = |problem: Given| {
         let tension = |nu: f64| (2.0 * (1.0 - 1.0 / nu)).powf(nu);
@@ -152,7 +152,7 @@ fn taut_on_cpu(search: &SlopesSearch, laws: &[TensionLaw]) -> Outcome {
     Outcome::from(running)
 }
 
-/// Outcomes of the kernel, and how many segments it asked for.
+/// The outcomes of the kernel, and the number of segments for which it asked.
 fn taut_on_gpu(
     gpu: &Gpu,
     precision: Precision,
@@ -189,7 +189,8 @@ fn curves_under_tension_are_let_loose_in_stages_and_end_as_on_the_cpu() {
                 left += 1;
                 continue;
             }
-            // In f32 decrements end at 1e-4, whose square the cost is good to, but for its own 1024 ε.
+            // In f32 decrements end at 1e-4. The error of the cost is the square of that, plus its
+            // own 1024 ε.
             let (turns, cost) = if precision == Precision::F64 { (1e-7, 1e-12) } else { (1e-2, 1.2e-4) };
             let apart = largest_difference(&found.turns, &wanted.turns);
             assert!(apart <= turns, "curve {i} in {precision:?}: turns {apart:e} apart");
@@ -258,7 +259,7 @@ fn host_structs_and_flags_of_tension_are_the_kernels() {
     let law = TensionLaw::new(3.0).packed();
     assert_eq!(number("scf/tension/quadrature.wgsl", "LAW_NUMBERS"), law.len());
     let rules = ["LAW_LEGENDRE", "LAW_INFLECTION", "LAW_FLAT"].map(|name| number("scf/tension/quadrature.wgsl", name));
-    // ∫ x dx, ∫ x^{2/3} dx and ∫ x^{1/3} dx over (0, 1): x times what each rule is for.
+    // ∫ x dx, ∫ x^{2/3} dx and ∫ x^{1/3} dx over (0, 1): x times the weight of each rule.
     for (at, weight) in rules.into_iter().zip([0.0, -1.0 / 3.0, -2.0 / 3.0f64]) {
         let nodes = law[at..][..32].as_chunks::<2>().0;
         let sum: f64 = nodes.iter().map(|[x, w]| w * x.powf(weight + 1.0)).sum();
