@@ -89,7 +89,7 @@ fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
 //:if ATTACHMENT
             let offset = $OFFSET(curve, u32(j));
             let anchor = $HOLD(curve, u32(j));
-            swept.energy += weights.attachment * anchor_value(hold, offset);
+            swept.energy += weights.attachment * anchor_value(anchor, offset);
 //:end
 //:if REGIONS
             let place = $PLACE(curve, u32(j));
@@ -98,7 +98,7 @@ fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
 //:if STORE
             var gradient = previous - by_edge;
 //:if ATTACHMENT
-            gradient += weights.attachment * anchor_gradient(hold, offset);
+            gradient += weights.attachment * anchor_gradient(anchor, offset);
 //:end
 //:if REGIONS
             gradient += regions_gradient(curve, u32(j), place);
@@ -119,7 +119,7 @@ fn $SWEEP(curve: Curve, weights: Weights, first: u32, last: u32) -> Swept {
                 swept.slope += dot(by_edge, $DIRECTION(curve, u32(j)));
             }
 //:if ATTACHMENT
-            let pull = weights.attachment * anchor_gradient(hold, offset);
+            let pull = weights.attachment * anchor_gradient(anchor, offset);
             swept.slope += dot(pull, $DIRECTION_AT(curve, u32(j)));
 //:end
 //:if REGIONS

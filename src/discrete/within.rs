@@ -15,8 +15,8 @@
 mod form;
 mod system;
 
+use self::form::Implicit;
 pub(crate) use self::form::Local;
-use self::form::RegionConstraint;
 pub(super) use self::form::has_kernel;
 use self::system::{Bend, Link, Saddle, add_edge, add_edges, in_plane};
 use super::block::{Block, times};
@@ -30,7 +30,7 @@ use crate::linalg::{Scalar, operation};
 
 /// The surfaces of all lanes, with their normals and second derivatives at the vertices.
 pub(crate) struct Within<S, const D: usize> {
-    form: RegionConstraint<S, D>,
+    form: Implicit<S, D>,
     /// The positions of the vertices of the bases. Closed curves repeat their first.
     places: Vec<Vector<S, D>>,
     /// n at the vertices of the last [`frame`](Self::frame).
@@ -64,7 +64,7 @@ impl<S: Scalar, const D: usize> Within<S, D> {
             }
         }
         let locals: Vec<&Local> = lanes.iter().map(|(local, _)| *local).collect();
-        let form = RegionConstraint::new(&locals);
+        let form = Implicit::new(&locals);
         let shapes = if form.matrix().is_some() { 0 } else { rows };
         Within {
             places,

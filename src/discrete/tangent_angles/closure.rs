@@ -66,11 +66,9 @@ impl Shape {
         let mut x = vec![0.0; self.rows()];
         for _ in 0..MOST_CORRECTIONS {
             let gaps: Vec<[f64; 2]> = self.gaps(curve).collect();
-            // Unlike `f64::max` this takes over a NaN gap.
-            let widest = gaps
-                .as_flattened()
-                .iter()
-                .fold(0.0, |widest: f64, gap| if gap.abs() <= widest { widest } else { gap.abs() });
+            // Unlike `f64::max` this keeps a NaN gap.
+            let wider = |widest: f64, gap: &f64| if gap.is_nan() || gap.abs() > widest { gap.abs() } else { widest };
+            let widest = gaps.as_flattened().iter().fold(0.0, wider);
             if widest <= tolerance {
                 return true;
             }

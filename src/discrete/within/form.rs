@@ -1,5 +1,5 @@
 //! The surface F = 0 in the coordinates of problems: [`Local`] for one curve, and
-//! [`RegionConstraint`] for all lanes.
+//! [`Implicit`] for all lanes.
 
 // Loops over coordinates and lanes by index match the formulas, and keep the code vectorised.
 #![allow(clippy::needless_range_loop)]
@@ -36,7 +36,7 @@ pub(in crate::discrete) fn has_kernel(surface: &dyn Surface, precision: Precisio
 }
 
 /// The implicit function F of every lane.
-pub(super) enum RegionConstraint<S, const D: usize> {
+pub(super) enum Implicit<S, const D: usize> {
     /// ½ yᵀA y + b·y + c
     Quadric {
         matrix: Block<S, D>,
@@ -106,11 +106,11 @@ pub(super) fn lane_of<S: Scalar, const D: usize>(x: &Vector<S, D>, lane: usize) 
     std::array::from_fn(|c| x[c].lane(lane).to_f64())
 }
 
-impl<S: Scalar, const D: usize> RegionConstraint<S, D> {
+impl<S: Scalar, const D: usize> Implicit<S, D> {
     pub(super) fn new(lanes: &[&Local]) -> Self {
         let quadrics: Option<Vec<_>> = lanes.iter().map(|local| local.quadric()).collect();
         let Some(quadrics) = quadrics else {
-            return RegionConstraint::Other(lanes.iter().map(|local| (*local).clone()).collect());
+            return Implicit::Other(lanes.iter().map(|local| (*local).clone()).collect());
         };
         let (mut matrix, mut linear, mut constant) = ([[S::ZERO; D]; D], [S::ZERO; D], S::ZERO);
         for (lane, (a, b, c)) in quadrics.into_iter().enumerate() {
@@ -120,22 +120,22 @@ impl<S: Scalar, const D: usize> RegionConstraint<S, D> {
                 (0..D).for_each(|column| matrix[row][column].set_lane(lane, number::<S>(a.col(column)[row])));
             }
         }
-        RegionConstraint::Quadric { matrix, linear, constant }
+        Implicit::Quadric { matrix, linear, constant }
     }
 
     /// A, for quadrics.
     #[inline(always)]
     pub(super) fn matrix(&self) -> Option<&Block<S, D>> {
         match self {
-            RegionConstraint::Quadric { matrix, .. } => Some(matrix),
-            RegionConstraint::Other(_) => None,
+            Implicit::Quadric { matrix, .. } => Some(matrix),
+            Implicit::Other(_) => None,
         }
     }
 
     /// n and 1/|∇F| at a position, for quadrics.
     #[inline(always)]
     pub(super) fn slope(&self, y: Vector<S, D>) -> Option<(Vector<S, D>, S)> {
-        let RegionConstraint::Quadric { matrix, linear, .. } = self else { return None };
+        let Implicit::Quadric { matrix, linear, .. } = self else { return None };
         let gradient = add(times(matrix, y), *linear);
         let inverse = S::ONE / dot(gradient, gradient).sqrt();
         Some((scale(inverse, gradient), inverse))
@@ -144,8 +144,8 @@ impl<S: Scalar, const D: usize> RegionConstraint<S, D> {
     /// n and W at a position, for surfaces other than quadrics.
     pub(super) fn jet(&self, y: Vector<S, D>) -> (Vector<S, D>, Block<S, D>) {
         match self {
-            RegionConstraint::Quadric { .. } => unreachable!("quadrics have a slope"),
-            RegionConstraint::Other(lanes) => Self::jet_of_any(lanes, y),
+            Implicit::Quadric { .. } => unreachable!("quadrics have a slope"),
+            Implicit::Other(lanes) => Self::jet_of_any(lanes, y),
         }
     }
 
@@ -166,7 +166,7 @@ impl<S: Scalar, const D: usize> RegionConstraint<S, D> {
     #[inline(always)]
     pub(super) fn way(&self, y: Vector<S, D>) -> Vector<S, D> {
         match self {
-            RegionConstraint::Quadric { matrix, linear, constant } => {
+            Implicit::Quadric { matrix, linear, constant } => {
                 let product = times(matrix, y);
                 let gradient = add(product, *linear);
                 let value = dot(y, add(scale(S::of(0.5), product), *linear)) + *constant;
@@ -177,7 +177,7 @@ impl<S: Scalar, const D: usize> RegionConstraint<S, D> {
                 let root = (square * square - S::of(2.0) * bend * value).sqrt();
                 scale(-S::of(2.0) * value / (square + root), gradient)
             }
-            RegionConstraint::Other(lanes) => Self::way_of_any(lanes, y),
+            Implicit::Other(lanes) => Self::way_of_any(lanes, y),
         }
     }
 
@@ -195,8 +195,8 @@ impl<S: Scalar, const D: usize> RegionConstraint<S, D> {
     #[inline(always)]
     pub(super) fn third(&self, y: Vector<S, D>, along: Vector<S, D>) -> Block<S, D> {
         match self {
-            RegionConstraint::Quadric { .. } => [[S::ZERO; D]; D],
-            RegionConstraint::Other(lanes) => Self::third_of_any(lanes, y, along),
+            Implicit::Quadric { .. } => [[S::ZERO; D]; D],
+            Implicit::Other(lanes) => Self::third_of_any(lanes, y, along),
         }
     }
 
