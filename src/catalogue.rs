@@ -9,9 +9,7 @@ use crate::{bezier, discrete, laplacian, linalg, scf, spline};
 pub fn kernels() -> Vec<KernelKey> {
     let mut keys = Vec::new();
     for precision in [Precision::F32, Precision::F64] {
-        for source in spline::ROW_SOURCES.into_iter().chain(linalg::ring::ROW_SOURCES) {
-            keys.extend(linalg::ring::kernels(precision, source));
-        }
+        keys.extend(linalg::ring::kernels(precision, spline::ROW_SOURCE));
         keys.extend(linalg::block_ring::block_ring_kernels(precision));
         keys.extend([2, 3].map(|dimension| spline::smoothing_kernel(precision, dimension)));
         keys.extend(discrete::evaluate_kernels(precision));

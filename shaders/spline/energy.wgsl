@@ -2,7 +2,7 @@
 // points; the host adds the blocks up. A thread for a whole curve would be slow for long ones, and
 // llvmpipe ends a thread's loops, without a word, after 65,535 iterations all told.
 // Twin: src/spline/energy.rs.
-//:include spline/uniform/points.wgsl
+//:include spline/uniform.wgsl
 
 // The second factor of an inner product; the same array again for an energy.
 @group(0) @binding(3) var<storage, read> others: array<real>;

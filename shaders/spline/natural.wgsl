@@ -16,15 +16,11 @@
 @group(0) @binding(6) var<storage, read> end_derivatives: array<real>;
 
 // Twin: packing.rs
-const FLAG_CLAMPED_START: u32 = 2u;
-const FLAG_CLAMPED_END: u32 = 4u;
+const FLAG_CLAMPED_START: u32 = 4u;
+const FLAG_CLAMPED_END: u32 = 8u;
 
 //:include linalg/ring/read.wgsl NAME=edge_at ARRAY=edges
 //:include linalg/ring/read.wgsl NAME=end_derivative ARRAY=end_derivatives
-
-fn is_end(system: System, i: u32) -> bool {
-    return (system.flags & FLAG_CYCLIC) == 0u && (i == 0u || i + 1u == system.rows);
-}
 
 fn span_before(system: System, i: u32) -> u32 {
     return system.start + select(i, system.rows, i == 0u) - 1u;
@@ -67,9 +63,6 @@ fn load_rhs(system: System, i: u32) -> columns {
     return (real(6) / (before + after)) * (slope_after - slope_before);
 }
 
-fn store(system: System, i: u32, x: columns) {
-    store_at(system.start + i, x);
-    if (i == 0u && (system.flags & FLAG_CYCLIC) != 0u) {
-        store_at(system.start + system.rows, x);
-    }
+fn store_kept(system: System, i: u32, x: columns) {
+    store_repeated(system, i, x);
 }

@@ -1,6 +1,6 @@
 // Bounded-domain cubic subdivision, one round, and values from coefficients. One thread a coarse
 // point. The finer points of a curve start at twice its start. Twin: src/spline/subdivide.rs.
-//:include spline/uniform/points.wgsl
+//:include spline/uniform.wgsl
 
 @group(0) @binding(3) var<storage, read_write> fine: array<real>;
 

@@ -1,30 +1,48 @@
-// Rows of N, the interpolation matrix of natural cubic splines on the integers: 1/6 2/3 1/6, unit
-// rows at the ends of an open curve, times 6. Included by the kernels of linalg/ring.
-// Twin: src/spline/uniform.rs.
+// Curves on the integers: `count` points from `start` on, `dimension` numbers each.
 
-@group(0) @binding(4) var<storage, read> values: array<real>;
-
-//:include linalg/ring/read.wgsl NAME=value_at ARRAY=values
-
-fn is_end(system: System, i: u32) -> bool {
-    return (system.flags & FLAG_CYCLIC) == 0u && (i == 0u || i + 1u == system.rows);
+struct UniformParams {
+    // Curves of this dispatch, points of all of them together (with the room between them), numbers
+    // a point, and blocks that energies are summed in.
+    curves: u32,
+    points: u32,
+    dimension: u32,
+    blocks: u32,
 }
 
-fn load_row(system: System, i: u32) -> Row {
-    if (is_end(system, i)) {
-        return Row(real(1), real(0), real(0));
+struct UniformCurve {
+    start: u32,
+    count: u32,
+    closed: u32,
+    padding: u32,
+}
+
+@group(0) @binding(0) var<uniform> params: UniformParams;
+@group(0) @binding(1) var<storage, read> curves: array<UniformCurve>;
+@group(0) @binding(2) var<storage, read> points: array<real>;
+
+// The last curve that starts at or before a point.
+fn curve_of(point: u32) -> u32 {
+    var low = 0u;
+    var high = params.curves;
+    while (high - low > 1u) {
+        let middle = (low + high) / 2u;
+        if (curves[middle].start <= point) {
+            low = middle;
+        } else {
+            high = middle;
+        }
     }
-    return Row(real(6), real(-1), real(-1));
+    return low;
 }
 
-fn load_rhs(system: System, i: u32) -> columns {
-    let value = value_at(system.start + i);
-    if (is_end(system, i)) {
-        return value;
-    }
-    return real(6) * value;
+fn next_of(curve: UniformCurve, i: u32) -> u32 {
+    return curve.start + select(i + 1u, 0u, i + 1u == curve.count);
 }
 
-fn store(system: System, i: u32, x: columns) {
-    store_at(system.start + i, x);
+fn previous_of(curve: UniformCurve, i: u32) -> u32 {
+    return curve.start + select(i, curve.count, i == 0u) - 1u;
+}
+
+fn is_end(curve: UniformCurve, i: u32) -> bool {
+    return curve.closed == 0u && (i == 0u || i + 1u == curve.count);
 }

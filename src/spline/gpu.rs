@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
 
+use super::ROW_SOURCE;
 use super::knots::Knots;
 pub(crate) use super::packing::{EndDerivatives, Fitted, Samples};
 use super::packing::{SplineRun, frames_of};
@@ -142,7 +143,7 @@ impl SplineRun<'_> {
             [&spans, &edges, &end_derivatives].map(|numbers| recording.upload_reals(numbers));
         let status = recording.storage(4 * curves.len() as u64);
         let buffers = vec![("spans", &spans), ("edges", &edges), ("end_derivatives", &end_derivatives)];
-        let source = RowSource { path: "spline/natural.wgsl", buffers };
+        let source = RowSource { path: ROW_SOURCE, kind: 0, buffers };
         let solve = Solve { systems: &systems, columns: self.knots.dimension as u32, kernel: RingKernel::Auto };
         solve.record(&mut recording, &source, &second, &status)?;
         recording.download(&second);

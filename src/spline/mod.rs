@@ -58,8 +58,8 @@ pub use piecewise::{Extrapolate, Knotted, Piecewise};
 pub use smoothing::{LAMBDA_CAP, LEAST_SHARE, LEAST_SHARE_OF_LAMBDA, Smoothing, SmoothingTarget};
 pub(crate) use smoothing_gpu::kernel as smoothing_kernel;
 
-/// Shader files of this room that give the ring kernels their rows.
-pub(crate) const ROW_SOURCES: [&str; 2] = ["spline/natural.wgsl", "spline/uniform.wgsl"];
+/// The shader file of this room that gives the ring kernels their rows.
+pub(crate) const ROW_SOURCE: &str = "spline/natural.wgsl";
 
 /// The other kernels of this room: files and entry points.
 pub(crate) const KERNELS: [(&str, &[&str]); 3] = [

@@ -8,15 +8,15 @@ use crate::bounds::Bounds;
 use crate::error::Result;
 use crate::gpu::{Downloaded, Lost, unwritten};
 use crate::linalg::Real;
-use crate::linalg::ring::{FLAG_CYCLIC, STATUS_SINGULAR, STATUS_SOLVED, System};
+use crate::linalg::ring::{FLAG_CYCLIC, FLAG_REPEATED, STATUS_SINGULAR, STATUS_SOLVED, System};
 use crate::parallel;
 
 /// Frames that a thread makes together.
 const FRAMES_TOGETHER: usize = 256;
 
-/// Flags of `natural.wgsl`, besides [`FLAG_CYCLIC`].
-const FLAG_CLAMPED_START: u32 = 2;
-const FLAG_CLAMPED_END: u32 = 4;
+/// Flags of `natural.wgsl`, besides those of all systems.
+const FLAG_CLAMPED_START: u32 = 4;
+const FLAG_CLAMPED_END: u32 = 8;
 
 /// The normalisation of a curve: y = center + size · y′, and t divided by its mean span. So all numbers
 /// on the device are of order 1, and f32 loses nothing to an offset or a unit.
@@ -143,7 +143,7 @@ impl SplineRun<'_> {
         let mut systems = Vec::with_capacity(curves.len());
         for i in self.fitted_curves(curves) {
             let frame = self.frames[i];
-            let mut flags = if knots.closed[i] { FLAG_CYCLIC } else { 0 };
+            let mut flags = if knots.closed[i] { FLAG_CYCLIC | FLAG_REPEATED } else { 0 };
             for (end, flag) in [FLAG_CLAMPED_START, FLAG_CLAMPED_END].into_iter().enumerate() {
                 if let Some(derivative) = self.ends.end_derivative(i, end) {
                     flags |= flag;

@@ -11,10 +11,10 @@ use crate::batch::CurveBatch;
 use crate::error::Result;
 use crate::gpu::source::definitions;
 use crate::gpu::{Buffer, Gpu, KernelKey, Pending, Recording, once, pipeline, plan};
-use crate::linalg::ring::{FLAG_CYCLIC, RingKernel, RowSource, Solve, System};
+use crate::linalg::ring::{FLAG_CYCLIC, GIVEN, ROWS_UNIFORM, RingKernel, RowSource, Solve, System};
 use crate::precision::Precision;
 
-/// `UniformParams` of `uniform/points.wgsl`.
+/// `UniformParams` of `uniform.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(crate) struct UniformParams {
@@ -37,7 +37,7 @@ pub(crate) struct Block {
 /// Points a thread sums over.
 const BLOCK_POINTS: usize = 256;
 
-/// `UniformCurve` of `uniform/points.wgsl`.
+/// `UniformCurve` of `uniform.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(crate) struct UniformCurve {
@@ -236,7 +236,9 @@ impl Job<'_> {
         let d = self.batch.dimension();
         let solution = recording.storage_reals((self.batch.offsets()[curves.end] - first) * d);
         let status = recording.storage(4 * curves.len() as u64);
-        let source = RowSource { path: "spline/uniform.wgsl", buffers: vec![("values", points)] };
+        // The kernel reads only the right-hand sides.
+        let buffers = ["diagonal", "lower", "upper", "right_hand_sides"].map(|name| (name, points)).to_vec();
+        let source = RowSource { path: GIVEN, kind: ROWS_UNIFORM, buffers };
         let solve = Solve { systems: &systems, columns: d as u32, kernel: RingKernel::Auto };
         solve.record(recording, &source, &solution, &status)?;
         Ok(solution)

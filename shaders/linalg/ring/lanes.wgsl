@@ -159,11 +159,11 @@ fn solve(
 //:unroll i $Q..1
     if ($iu < rows) {
         x = delta$i + alpha$i * kept + gamma$i * x;
-        store(system, begin + $iu, x);
+        store_at(system.start + begin + $iu, x);
     }
 //:end
     if (working) {
-        store(system, begin, kept);
+        store_kept(system, begin, kept);
         if (lane == 0u) {
             status[system.index] = select(STATUS_SOLVED, STATUS_SINGULAR, excess == real(0));
         }

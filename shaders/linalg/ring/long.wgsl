@@ -1,9 +1,8 @@
 // Systems longer than a workgroup holds, in three dispatches, one thread per chunk of rows. `reduce`
 // reduces every chunk to a row of a shorter system. Any kernel solves that, or it is reduced again.
 // `substitute` computes the chunk's other unknowns from the kept unknowns at both of its ends.
-// Twin: src/linalg/ring/long.rs.
+// `reduce` alone reads rows, and has their source ROWS. Twin: src/linalg/ring/long.rs.
 //:include linalg/ring/mod.wgsl
-//:include $ROWS
 
 struct Chunk {
     // Index of the system in the table. The chunk has its rows begin … begin + rows − 1.
@@ -24,9 +23,9 @@ struct Chunk {
 // Solution of the shorter system: the kept unknown of every chunk.
 @group(0) @binding(11) var<storage, read> kept_unknowns: array<real>;
 
-//:include linalg/ring/read.wgsl NAME=load_kept ARRAY=kept_unknowns
+//:if ROWS
+//:include $ROWS
 //:include linalg/ring/write.wgsl NAME=store_reduced ARRAY=reduced_rhs
-//:include linalg/ring/read.wgsl NAME=load_reduced ARRAY=reduced_rhs
 
 //:include entry.wgsl ENTRY=reduce TASKS=params.count
     let chunk = chunks[task];
@@ -58,6 +57,9 @@ struct Chunk {
     store_reduced(2u * task, rhs);
     store_reduced(2u * task + 1u, delta);
 }
+//:else
+//:include linalg/ring/read.wgsl NAME=load_kept ARRAY=kept_unknowns
+//:include linalg/ring/read.wgsl NAME=load_reduced ARRAY=reduced_rhs
 
 //:include entry.wgsl ENTRY=substitute TASKS=params.count
     let chunk = chunks[task];
@@ -65,12 +67,12 @@ struct Chunk {
     let kept = load_kept(task);
     var x = load_kept(chunk.next);
     for (var i = chunk.rows - 1u; i > 0u; i--) {
-        let at = chunk.begin + i;
-        let place = system.start + at;
+        let place = system.start + chunk.begin + i;
         let alpha = reduced[5u * params.count + 2u * place];
         let gamma = reduced[5u * params.count + 2u * place + 1u];
         x = load_reduced(2u * params.count + place) + alpha * kept + gamma * x;
-        store(system, at, x);
+        store_at(place, x);
     }
-    store(system, chunk.begin, kept);
+    store_repeated(system, chunk.begin, kept);
 }
+//:end

@@ -12,6 +12,8 @@ struct Params {
     column: u32,
     // Lanes that share a system in lanes.wgsl.
     lanes: u32,
+    // Which of the kinds of rows of its source. A branch on a uniform is cheaper than one on flags.
+    kind: u32,
 }
 
 struct System {
@@ -24,6 +26,8 @@ struct System {
 }
 
 const FLAG_CYCLIC: u32 = 1u;
+// The first unknown stands again after the last.
+const FLAG_REPEATED: u32 = 2u;
 const STATUS_SOLVED: u32 = 1u;
 const STATUS_SINGULAR: u32 = 2u;
 
@@ -34,7 +38,7 @@ struct Row {
 }
 
 // $R right-hand sides, solved for together.
-//:if R1
+//:if $R == 1
 alias columns = real;
 //:else
 alias columns = vec$R<real>;
@@ -46,3 +50,16 @@ alias columns = vec$R<real>;
 @group(0) @binding(3) var<storage, read_write> solution: array<real>;
 
 //:include linalg/ring/write.wgsl NAME=store_at ARRAY=solution
+
+fn is_end(system: System, i: u32) -> bool {
+    return (system.flags & FLAG_CYCLIC) == 0u && (i == 0u || i + 1u == system.rows);
+}
+
+// Stores the kept unknown of row i, and that of row 0 again where the flags say so. Sources without
+// such systems have a `store_kept` of their own: flags that are read last take a register up to there.
+fn store_repeated(system: System, i: u32, x: columns) {
+    store_at(system.start + i, x);
+    if (i == 0u && (system.flags & FLAG_REPEATED) != 0u) {
+        store_at(system.start + system.rows, x);
+    }
+}

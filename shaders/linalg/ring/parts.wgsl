@@ -25,6 +25,6 @@ fn load_rhs(system: System, i: u32) -> columns {
     return part_at(2u * (system.start + i)) + left * part_at(2u * previous_part(system, i) + 1u);
 }
 
-fn store(system: System, i: u32, x: columns) {
+fn store_kept(system: System, i: u32, x: columns) {
     store_at(system.start + i, x);
 }

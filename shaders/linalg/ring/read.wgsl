@@ -1,6 +1,6 @@
 fn $NAME(place: u32) -> columns {
     let k = place * params.columns + params.column;
-//:if R1
+//:if $R == 1
     return $ARRAY[k];
 //:else
     var x: columns;

@@ -40,8 +40,8 @@
     for (var i = system.rows - 1u; i > 0u; i--) {
         let k = 2u * (system.start + i);
         x = load_at(system.start + i) + scratch[k] * kept + scratch[k + 1u] * x;
-        store(system, i, x);
+        store_at(system.start + i, x);
     }
-    store(system, 0u, kept);
+    store_kept(system, 0u, kept);
     status[system.index] = select(STATUS_SOLVED, STATUS_SINGULAR, excess == real(0));
 }

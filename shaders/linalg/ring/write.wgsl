@@ -1,6 +1,6 @@
 fn $NAME(place: u32, x: columns) {
     let k = place * params.columns + params.column;
-//:if R1
+//:if $R == 1
     $ARRAY[k] = x;
 //:else
 //:unroll c 0..$R

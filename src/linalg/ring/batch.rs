@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::{FLAG_CYCLIC, FLAG_NETWORK, RingKernel, RowSource, STATUS_SINGULAR, STATUS_SOLVED, Solve, System};
+use super::{FLAG_CYCLIC, GIVEN, ROWS_NETWORK, RingKernel, RowSource, STATUS_SINGULAR, STATUS_SOLVED, Solve, System};
 use crate::CurveStatus;
 use crate::error::Result;
 use crate::gpu::{Buffer, Gpu, Pending, Recording, kept, once, pipeline, plan, unwritten};
@@ -61,14 +61,13 @@ impl<T: Real> RingBatch<'_, T> {
     fn table(&self, chunk: &Range<usize>) -> Vec<System> {
         let offsets = self.systems.offsets;
         let first = offsets[chunk.start];
-        let form = if let Matrix::Network { .. } = self.systems.matrix { FLAG_NETWORK } else { 0 };
         chunk
             .clone()
             .filter(|&i| offsets[i + 1] > offsets[i])
             .map(|i| System {
                 start: (offsets[i] - first) as u32,
                 rows: (offsets[i + 1] - offsets[i]) as u32,
-                flags: form | if self.systems.cyclic.contains(i) { FLAG_CYCLIC } else { 0 },
+                flags: if self.systems.cyclic.contains(i) { FLAG_CYCLIC } else { 0 },
                 index: (i - chunk.start) as u32,
             })
             .collect()
@@ -77,11 +76,13 @@ impl<T: Real> RingBatch<'_, T> {
     fn record<'g>(&self, mut recording: Recording<'g>, chunk: &Range<usize>) -> Result<Recording<'g>> {
         let rows = self.rows(chunk);
         let mut up = |array: &[T]| recording.upload_reals(&array.iter().map(|x| x.to_f64()).collect::<Vec<f64>>());
-        let arrays: Vec<Buffer> = match self.systems.matrix {
+        let (kind, arrays): (u32, Vec<Buffer>) = match self.systems.matrix {
             Matrix::Bands { lower, diagonal, upper } => {
-                vec![up(&diagonal[rows.clone()]), up(&lower[rows.clone()]), up(&upper[rows.clone()])]
+                (0, vec![up(&diagonal[rows.clone()]), up(&lower[rows.clone()]), up(&upper[rows.clone()])])
             }
-            Matrix::Network { excess, weights } => vec![up(&excess[rows.clone()]), up(&weights[rows.clone()])],
+            Matrix::Network { excess, weights } => {
+                (ROWS_NETWORK, vec![up(&excess[rows.clone()]), up(&weights[rows.clone()])])
+            }
         };
         let columns = self.columns;
         let rhs = up(&self.rhs[rows.start * columns..rows.end * columns]);
@@ -89,7 +90,7 @@ impl<T: Real> RingBatch<'_, T> {
         let upper = &arrays[arrays.len() - 1];
         let buffers =
             vec![("diagonal", &arrays[0]), ("lower", &arrays[1]), ("upper", upper), ("right_hand_sides", &rhs)];
-        let source = RowSource { path: "linalg/ring/given.wgsl", buffers };
+        let source = RowSource { path: GIVEN, kind, buffers };
         let solution = recording.storage_reals(rows.len() * columns);
         let status = recording.storage(4 * chunk.len() as u64);
         let table = self.table(chunk);

@@ -1,7 +1,7 @@
 //! Twin of `shaders/linalg/ring/long.wgsl`, and its dispatches: systems longer than a workgroup holds.
 
 use super::lanes::{Reduced, Row, eliminate, solve_lanes};
-use super::{Chunk, GROUP, LONG_CHUNK, Params, RowSource, Solve, System, kernel_key};
+use super::{Chunk, FLAG_CYCLIC, GROUP, LONG_CHUNK, PARTS, Params, RowSource, Solve, System, kernel_key};
 use crate::error::Result;
 use crate::gpu::source::definitions;
 use crate::gpu::{Buffer, KernelKey, Recording};
@@ -43,27 +43,28 @@ pub(super) fn record(
     buffers.extend([("kept_unknowns", &kept), ("solution", solution)]);
     buffers.extend(&source.buffers);
 
-    let dispatch = |recording: &mut Recording<'_>, entry: &'static str| {
+    let dispatch = |recording: &mut Recording<'_>, entry: &'static str, rows: Option<&str>| {
         solve.for_each_column_group(|column, together| {
-            let key = key(entry, recording.precision(), source.path, together);
-            let params = recording.uniform(&Params { count: count as u32, columns: solve.columns, column, lanes: 1 });
+            let key = key(entry, recording.precision(), rows, together);
+            let (columns, kind) = (solve.columns, source.kind);
+            let params = recording.uniform(&Params { count: count as u32, columns, column, lanes: 1, kind });
             let mut all = buffers.clone();
             all.push(("params", &params));
             recording.dispatch(&key, count, GROUP as usize, &all)
         })
     };
-    dispatch(recording, "reduce")?;
+    dispatch(recording, "reduce", Some(source.path))?;
     let buffers = vec![("parts", &reduced), ("part_rhs", &reduced_rhs)];
-    let parts = RowSource { path: "linalg/ring/parts.wgsl", buffers };
+    let parts = RowSource { path: PARTS, kind: 0, buffers };
     let next = Solve { systems: &shorter, kernel: super::RingKernel::Auto, ..*solve };
     next.record(recording, &parts, &kept, status)?;
-    dispatch(recording, "substitute")
+    dispatch(recording, "substitute", None)
 }
 
-/// One of the two kernels.
-pub(super) fn key(entry: &'static str, precision: Precision, source: &str, columns: u32) -> KernelKey {
+/// One of the two kernels. Only `reduce` reads rows.
+pub(super) fn key(entry: &'static str, precision: Precision, rows: Option<&str>, columns: u32) -> KernelKey {
     let own = definitions([("GROUP", &GROUP)]);
-    kernel_key("linalg/ring/long.wgsl", entry, precision, own, source, columns)
+    kernel_key("linalg/ring/long.wgsl", entry, precision, own, rows, columns)
 }
 
 /// The chunks of all systems, and the shorter systems made of their kept rows.
@@ -79,7 +80,7 @@ fn divide(systems: &[System]) -> (Vec<Chunk>, Vec<System>) {
             rows: LONG_CHUNK.min(system.rows - j * LONG_CHUNK),
             next: start + (j + 1) % count,
         }));
-        shorter.push(System { start, rows: count, ..*system });
+        shorter.push(System { start, rows: count, flags: system.flags & FLAG_CYCLIC, ..*system });
     }
     (chunks, shorter)
 }

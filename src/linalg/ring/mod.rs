@@ -53,6 +53,8 @@ pub struct Params {
     pub column: u32,
     /// Lanes that share a system in `lanes.wgsl`.
     pub lanes: u32,
+    /// `kind` of the [`RowSource`].
+    pub kind: u32,
 }
 
 /// `System` of `ring/mod.wgsl`.
@@ -63,7 +65,7 @@ pub struct System {
     pub start: u32,
     /// Number of rows, at least 1.
     pub rows: u32,
-    /// [`FLAG_CYCLIC`] and flags of the row source.
+    /// [`FLAG_CYCLIC`], `FLAG_REPEATED` and flags of the row source.
     pub flags: u32,
     /// Where the status goes.
     pub index: u32,
@@ -86,8 +88,12 @@ pub struct Chunk {
 /// The last row is coupled to the first.
 pub const FLAG_CYCLIC: u32 = 1;
 
-/// The rows of `given.wgsl` are a network.
-const FLAG_NETWORK: u32 = 2;
+/// The first unknown stands again after the last.
+pub(crate) const FLAG_REPEATED: u32 = 2;
+
+/// Kinds of rows of `given.wgsl`, besides three bands: a network, and splines on the integers.
+const ROWS_NETWORK: u32 = 1;
+pub(crate) const ROWS_UNIFORM: u32 = 2;
 
 /// Status word of a system that was solved; 0 means that no kernel wrote it.
 pub const STATUS_SOLVED: u32 = 1;
@@ -97,8 +103,10 @@ pub const STATUS_SINGULAR: u32 = 2;
 
 /// The source of a kernel's rows.
 pub struct RowSource<'a> {
-    /// A shader file that defines `load_row`, `load_rhs` and `store`: its path below `shaders/`.
+    /// A shader file that defines `load_row`, `load_rhs` and `store_kept`: its path below `shaders/`.
     pub path: &'static str,
+    /// Which of its kinds of rows it gives.
+    pub kind: u32,
     /// Its buffers by name.
     pub buffers: Vec<(&'a str, &'a Buffer)>,
 }
@@ -220,9 +228,10 @@ impl Solve<'_> {
         buffers.extend(&source.buffers);
         self.for_each_column_group(|column, together| {
             let (path, definitions, per_group) = variant.kernel();
-            let key = kernel_key(path, "solve", recording.precision(), definitions, source.path, together);
-            let (count, lanes) = (self.systems.len(), variant.lanes());
-            let params = recording.uniform(&Params { count: count as u32, columns: self.columns, column, lanes });
+            let key = kernel_key(path, "solve", recording.precision(), definitions, Some(source.path), together);
+            let (count, columns, kind) = (self.systems.len(), self.columns, source.kind);
+            let params = Params { count: count as u32, columns, column, lanes: variant.lanes(), kind };
+            let params = recording.uniform(&params);
             let mut all = buffers.clone();
             all.push(("params", &params));
             recording.dispatch(&key, count, per_group, &all)
@@ -288,38 +297,37 @@ impl KernelVariant {
     }
 }
 
-/// A kernel of this room for rows of a source and this number of right-hand sides.
+/// A kernel of this room for this number of right-hand sides, and for rows of a source if it reads any.
 fn kernel_key(
     path: &'static str,
     entry: &'static str,
     precision: Precision,
     mut definitions: Definitions,
-    source: &str,
+    rows: Option<&str>,
     columns: u32,
 ) -> KernelKey {
-    definitions.insert("ROWS".into(), source.into());
+    definitions.extend(rows.map(|path| ("ROWS".into(), path.into())));
     definitions.insert("R".into(), columns.to_string());
-    if columns == 1 {
-        definitions.insert("R1".into(), "1".into());
-    }
     KernelKey { path, entry, precision, definitions }
 }
 
-/// The row sources of this room.
-pub const ROW_SOURCES: [&str; 2] = ["linalg/ring/given.wgsl", "linalg/ring/parts.wgsl"];
+/// The row sources of this room: arrays, and kept rows of the long kernels.
+pub(crate) const GIVEN: &str = "linalg/ring/given.wgsl";
+const PARTS: &str = "linalg/ring/parts.wgsl";
 
-/// Every variant of the ring kernels for rows of a source.
-pub fn kernels(precision: Precision, source: &str) -> Vec<KernelKey> {
+/// Every variant of the ring kernels for rows of this room and of another source.
+pub fn kernels(precision: Precision, other: &str) -> Vec<KernelKey> {
     let mut keys = BTreeMap::new();
     let mut add = |key: KernelKey| keys.insert(key.name(), key);
     for columns in 1..=MAX_COLUMNS_TOGETHER {
-        let rings = [false, true].into_iter().flat_map(|has_subgroups| rings(precision, columns, has_subgroups));
-        for variant in rings.chain([KernelVariant::Thread { most_rows: THREAD_ROWS }]) {
-            let (path, definitions, _) = variant.kernel();
-            add(kernel_key(path, "solve", precision, definitions, source, columns));
-        }
-        for entry in ["reduce", "substitute"] {
-            add(long::key(entry, precision, source, columns));
+        add(long::key("substitute", precision, None, columns));
+        for rows in [GIVEN, PARTS, other].map(Some) {
+            add(long::key("reduce", precision, rows, columns));
+            let rings = [false, true].into_iter().flat_map(|has_subgroups| rings(precision, columns, has_subgroups));
+            for variant in rings.chain([KernelVariant::Thread { most_rows: THREAD_ROWS }]) {
+                let (path, definitions, _) = variant.kernel();
+                add(kernel_key(path, "solve", precision, definitions, rows, columns));
+            }
         }
     }
     keys.into_values().collect()
@@ -332,8 +340,8 @@ mod tests {
 
     #[test]
     fn structs_shared_with_the_kernels_have_their_layout() {
-        let key = long::key("reduce", Precision::F32, ROW_SOURCES[0], 1);
-        assert_layout!(key, Params { count, columns, column, lanes });
+        let key = long::key("reduce", Precision::F32, Some(GIVEN), 1);
+        assert_layout!(key, Params { count, columns, column, lanes, kind });
         assert_layout!(key, System { start, rows, flags, index });
         assert_layout!(key, Chunk { system, begin, rows, next });
     }
