@@ -5,7 +5,7 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 
 use super::compose::{Composition, DeviceWeights};
-use super::energy::{Energy, bending, tension};
+use super::energy::{Energy, attachment, bending, length, tautness, tension, variation};
 use super::evaluation::{Evaluate, Evaluating, Evaluation, PreparedCurve, Want};
 use super::hessian::BLOCKS;
 use crate::bounds::Bounds;
@@ -60,18 +60,27 @@ pub(crate) fn evaluate_kernel(composition: &Composition, entry: &'static str, pr
     KernelKey { path: "discrete/evaluate.wgsl", entry, precision, definitions }
 }
 
-/// Some variants of the kernels: each energy by itself, some exponents, all energies together, and
-/// a custom energy.
+/// Some variants of the kernels: all energies together, windows of every width, and a custom
+/// energy.
 pub(crate) fn evaluate_kernels(precision: Precision) -> Vec<KernelKey> {
     let named = || Energy::NAMES.iter().filter_map(|name| Energy::named(name)).filter(|energy| !energy.is_geodesic());
-    let all = named().fold(bending(3.0), |sum, energy| sum + energy);
-    let alone = named().chain([bending(2.5), bending(2.7)]).map(|energy| (energy, 0));
-    let forms = alone.chain([(all, REGULARISATION), (tension(), REGULARISATION)]);
+    let all = named().fold(bending(2.7), |sum, energy| sum + energy);
+    let entries = ["gradient", "hessian", "value", "slope"];
+    // A module has all entry points. All functions of values and slopes are in the sum of all
+    // energies.
+    let forms = [
+        (all, REGULARISATION, &entries[..]),
+        (tension(), REGULARISATION, &entries[..2]),
+        (attachment(), 0, &entries[..2]),
+        (length() + tautness(), 0, &entries[..2]),
+        (bending(2.5) + bending(3.0), 0, &entries[..2]),
+        (variation(), 0, &entries[..2]),
+    ];
     let mut keys = Vec::new();
-    for (energy, regularisation) in forms {
+    for (energy, regularisation, entries) in forms {
         for dimension in [2, 3] {
             let composition = Composition::of(&energy, regularisation, dimension, precision).expect("built in");
-            keys.extend(["value", "slope", "gradient", "hessian"].map(|e| evaluate_kernel(&composition, e, precision)));
+            keys.extend(entries.iter().map(|entry| evaluate_kernel(&composition, entry, precision)));
         }
     }
     // A custom energy, and the toy energy, which is in the list for tests only.

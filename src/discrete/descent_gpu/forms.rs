@@ -17,22 +17,22 @@ fn newton(order: usize) -> Plan {
     Plan { solver: Solver::Newton, order, regularisation: 0 }
 }
 
-/// Some variants of the kernel, a few of each order. They differ between one lane and several, but
-/// not between numbers of several lanes.
+/// Some variants of the kernel, a few of each order and solver. They differ between one lane and
+/// several, but not between numbers of several lanes.
 pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
+    use Solver::{Newton, Sobolev};
     let with_limits = |quantities: Vec<Functional>| LimitTerms { quantities, ..LimitTerms::default() };
     let [curvature, side] =
         [Functional::MaxCurvature(Default::default()), Functional::CurvatureSign(Default::default())];
+    let torsion_sign = Functional::TorsionSign(Default::default());
     let monotone = Functional::Monotone(Monotone { direction: [0.6, 0.8, 0.0], number: 0 });
     let forms = [
-        (tension(), 1),
-        (length() + attachment(), 1),
-        (bending(2.0), 2),
-        (bending(3.0) + length(), 2),
-        (bending(2.7) + tension() + attachment(), 2),
-        (bending(2.0) + tautness(), 2),
-        (bending(2.0) + tautness() + attachment(), 2),
-        ((bending(2.0) + tautness()).with_limits(with_limits(vec![curvature.clone(), side])), 2),
+        (length() + tension() + attachment(), 1, Sobolev),
+        (bending(2.7) + tautness() + attachment(), 2, Sobolev),
+        (bending(2.0) + tautness(), 2, Newton),
+        (bending(3.0) + length(), 2, Newton),
+        (bending(2.7) + tension() + attachment(), 2, Newton),
+        ((bending(2.0) + tautness()).with_limits(with_limits(vec![curvature.clone(), side])), 2, Newton),
         (
             bending(2.0).with_limits(LimitTerms {
                 regions: 2,
@@ -40,16 +40,11 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
                 ..with_limits(vec![curvature.clone(), monotone])
             }),
             2,
+            Newton,
         ),
-        (
-            variation().with_limits(LimitTerms {
-                regions: 1,
-                ..with_limits(vec![Functional::TorsionSign(Default::default())])
-            }),
-            3,
-        ),
-        (variation() + length(), 3),
-        (torsion() + bending(2.0) + attachment(), 3),
+        (variation().with_limits(LimitTerms { regions: 1, ..with_limits(vec![torsion_sign]) }), 3, Newton),
+        (variation() + length(), 3, Newton),
+        (torsion() + bending(2.0) + attachment(), 3, Newton),
     ];
     let mut keys = Vec::new();
     let curbed = with_limits(vec![Functional::GeodesicMaxCurvature(Default::default())]);
@@ -84,7 +79,7 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
         composition.definitions.extend(own.map(|(name, value)| (format!("TERM.2.{name}"), value.to_string())));
         keys.push(descent_kernel(&composition, &newton(2), LANES[0], precision));
     }
-    for (energy, order) in forms {
+    for (energy, order, solver) in forms {
         for dimension in [2, 3] {
             let regularisation = if energy.has_limits() && order == 2 { 1 } else { order.max(2) };
             let composition = Composition::of(&energy, regularisation, dimension, precision).expect("built in");
@@ -94,14 +89,8 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
                 3 => &LANES[1..2],
                 _ => &LANES[..2],
             };
-            let solvers = match order {
-                1 => &[Solver::Sobolev][..],
-                2 if !energy.has_limits() => &[Solver::Newton, Solver::Sobolev],
-                _ => &[Solver::Newton],
-            };
-            for (&solver, &lanes) in solvers.iter().flat_map(|solver| lanes.iter().map(move |lanes| (solver, lanes))) {
-                keys.push(descent_kernel(&composition, &Plan { solver, ..newton(order) }, lanes, precision));
-            }
+            let plan = Plan { solver, ..newton(order) };
+            keys.extend(lanes.iter().map(|&lanes| descent_kernel(&composition, &plan, lanes, precision)));
         }
     }
     keys
