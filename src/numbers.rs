@@ -18,8 +18,16 @@ pub(crate) enum Numbers {
 }
 
 impl Numbers {
-    /// Room for n numbers of any value, which are all to be written.
+    /// Room for n numbers of any value, all of which must be written: NaN with debug assertions.
     pub fn room(n: usize) -> Self {
+        let mut room = Self::unset(n);
+        if cfg!(debug_assertions) {
+            room.fill(f64::NAN);
+        }
+        room
+    }
+
+    fn unset(n: usize) -> Self {
         #[cfg(target_os = "linux")]
         if let Some(pages) = Pages::of(n) {
             return Numbers::Many(pages);

@@ -12,6 +12,7 @@ use crate::batch::Origin;
 use crate::curve::measure::inlined_measures;
 use crate::curve::{Curve, Input, Jet, Polygon, Sampling, vector};
 use crate::motion::Motion;
+use crate::numbers::Numbers;
 use crate::report::CurveSet;
 use crate::sort;
 
@@ -20,7 +21,7 @@ use crate::sort;
 pub struct CubicSplines {
     pub(super) knots: Arc<Knots>,
     /// p″ at the knots, flat as their points.
-    pub(super) second: Vec<f64>,
+    pub(super) second: Numbers,
     /// p″ at both ends of every span, for curves whose p″ may jump at a knot.
     pub(super) sided: BTreeMap<usize, Vec<f64>>,
     /// The curves that were not fitted, as they came in.
@@ -31,7 +32,7 @@ pub struct CubicSplines {
 impl CubicSplines {
     /// Splines of a batch from their knots (whose points are the spline's, not necessarily the
     /// data's) and second derivatives there.
-    pub(crate) fn new(batch: &CurveBatch, knots: Knots, second: Vec<f64>) -> Self {
+    pub(crate) fn new(batch: &CurveBatch, knots: Knots, second: Numbers) -> Self {
         let unfitted = sort::map(knots.unfitted.keys().map(|&i| (i, Input::of(batch, i))));
         CubicSplines {
             knots: Arc::new(knots),

@@ -27,6 +27,7 @@ use crate::device::Device;
 use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::linalg::{Cyclic, Matrix, Part, Real, Scratch, TridiagonalBatch, take, tasks};
+use crate::numbers::Numbers;
 use crate::parallel;
 use crate::precision::Precision;
 use crate::ragged;
@@ -74,7 +75,7 @@ pub struct Natural {
 /// The solutions of the systems of a batch.
 struct Solutions {
     /// Second derivatives at all knots.
-    second: Vec<f64>,
+    second: Numbers,
     /// Samples, where they were taken in the same submission.
     samples: Option<Vec<f64>>,
     /// Curves whose solution is not finite.
@@ -140,9 +141,9 @@ impl Natural {
                 }
             }
         }
-        let Solutions { second, samples, failed } = match device.as_gpu() {
+        let Solutions { mut second, samples, failed } = match device.as_gpu() {
             None => {
-                let mut second = vec![0.0; knots.values.len()];
+                let mut second = Numbers::room(knots.values.len());
                 let failed = self.solve(batch, &knots, &mut second);
                 Solutions { second, samples: None, failed }
             }
@@ -157,6 +158,7 @@ impl Natural {
             let what = "its spline leaves the range of the numbers: the spans are too short or too uneven, or the \
                         coordinates too large; scale the curve, or remove points that almost coincide";
             let message = batch.sentence(i, 0, what);
+            second[knots.offsets[i] * knots.dimension..knots.offsets[i + 1] * knots.dimension].fill(0.0);
             knots.unfitted.entry(i).or_insert(Unfitted { status: CurveStatus::Invalid, message });
         }
         let mut splines = CubicSplines::new(batch, knots, second);
@@ -191,7 +193,7 @@ impl Natural {
             _ => Samples::None,
         };
         let fitted = super::gpu::fit(gpu, precision, knots, &ends, &wanted)?;
-        let mut second = fitted.second;
+        let mut second = Numbers::from(fitted.second);
         let samples = (!matches!(wanted, Samples::None)).then_some(fitted.samples);
         if let Some(lost) = fitted.lost {
             for i in lost.finished..batch.len() {

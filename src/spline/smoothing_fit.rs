@@ -12,6 +12,7 @@ use crate::curve::Sampling;
 use crate::device::Device;
 use crate::error::Result;
 use crate::linalg::{take, tasks};
+use crate::numbers::Numbers;
 use crate::parallel;
 use crate::report::{CurveReport, CurveSet, Fit};
 use crate::status::CurveStatus;
@@ -98,16 +99,11 @@ impl Smoothing {
 
 /// [`Smoothing::fit`] on all threads of the CPU. Replaces the values of the knots by the curves',
 /// and returns second derivatives at the knots and the reports.
-fn fit_on_cpu(
-    own: OfCurve<'_>,
-    batch: &CurveBatch,
-    knots: &mut Knots,
-    device: &Device,
-) -> (Vec<f64>, Vec<CurveReport>) {
+fn fit_on_cpu(own: OfCurve<'_>, batch: &CurveBatch, knots: &mut Knots, device: &Device) -> (Numbers, Vec<CurveReport>) {
     let d = knots.dimension;
     let mut values = Arc::unwrap_or_clone(std::mem::take(&mut knots.values));
     let knots_only = &*knots;
-    let mut second = vec![0.0; values.len()];
+    let mut second = Numbers::room(values.len());
     let mut work = Vec::new();
     let (mut values_rest, mut second_rest) = (&mut values[..], &mut second[..]);
     for curves in tasks(&knots.offsets) {

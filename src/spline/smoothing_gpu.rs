@@ -16,6 +16,7 @@ use super::smoothing::{OfCurve, SmoothingTarget};
 use crate::batch::CurveBatch;
 use crate::error::Result;
 use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, Recording, kept, once, pipeline, plan, unwritten};
+use crate::numbers::Numbers;
 use crate::precision::Precision;
 use crate::report::CurveReport;
 
@@ -71,10 +72,10 @@ pub(super) fn fit_on_gpu(
     precision: Precision,
     batch: &CurveBatch,
     knots: &mut Knots,
-) -> Result<(Vec<f64>, Vec<CurveReport>)> {
+) -> Result<(Numbers, Vec<CurveReport>)> {
     let d = knots.dimension;
     let mut values = Arc::unwrap_or_clone(std::mem::take(&mut knots.values));
-    let mut second = vec![0.0; values.len()];
+    let mut second = Numbers::from(vec![0.0; values.len()]);
     let mut reports: Vec<Option<CurveReport>> = vec![None; knots.len()];
     let real = precision.bytes();
     let scratch = real * (5 + 3 * d) as u64;
