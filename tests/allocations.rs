@@ -68,5 +68,5 @@ fn splines_allocate_nothing_per_curve_and_fair_curves_little() {
     println!("natural {natural:.3}, smoothing {smoothing:.3}, fair {fair:.2} allocations per curve");
     assert!(natural < 0.1, "{natural}");
     assert!(smoothing < 0.2, "{smoothing}");
-    assert!(fair < 40.0, "{fair}");
+    assert!(fair < 45.0, "{fair}");
 }

@@ -219,13 +219,17 @@ fn between(lines: &[Line], a: &Run, b: &Run, may_meet: impl Fn(Place, Place) -> 
     let reaching = |run: &Run| {
         let (line, first) = (&lines[run.arc as usize], run.first as usize);
         (first..first + run.count as usize)
-            .map(|k| (k as u32, line.segment(k)))
-            .filter(|(_, [p, q])| p.min(*q).cmple(high).all() && low.cmple(p.max(*q)).all())
-            .collect::<Vec<_>>()
+            .map(move |k| (k as u32, line.segment(k)))
+            .filter(move |(_, [p, q])| p.min(*q).cmple(high).all() && low.cmple(p.max(*q)).all())
     };
-    let of_b = reaching(b);
+    // The segments of b in an array: most pairs are neighbours, and each would allocate.
+    let (mut of_b, mut count) = ([(0, [DVec2::ZERO; 2]); RUN], 0);
+    for segment in reaching(b) {
+        of_b[count] = segment;
+        count += 1;
+    }
     for (k, p) in reaching(a) {
-        for &(j, q) in &of_b {
+        for &(j, q) in &of_b[..count] {
             if cross(p, q, may_meet((a.arc, k), (b.arc, j))) {
                 let places = [(a.arc, k), (b.arc, j)];
                 found.push(if places[0] <= places[1] { places } else { [places[1], places[0]] });
