@@ -7,7 +7,7 @@ use std::ops::Range;
 const PARTS: usize = 16;
 
 /// Work on a part, with the memory for its results.
-type Task<'a> = Box<dyn FnMut() + Send + 'a>;
+pub(crate) type Task<'a> = Box<dyn FnMut() + Send + 'a>;
 
 /// `of` 0 … n − 1, in order. Threads take at least `together` of them at a time.
 pub(crate) fn map<T: Send>(n: usize, together: usize, of: impl Fn(usize) -> T + Sync) -> Vec<T> {
@@ -79,7 +79,7 @@ pub(crate) fn parts<T: Send>(array: &mut [T], ends: &[usize], work: impl Fn(usiz
 }
 
 /// The fewest entries of a task.
-const TOGETHER: usize = 1 << 14;
+pub(crate) const TOGETHER: usize = 1 << 14;
 
 fn divide<'a, T: Send>(
     array: &'a mut [T],
@@ -145,7 +145,8 @@ fn joined<T>(n: usize, found: Vec<Vec<T>>) -> Vec<T> {
     all
 }
 
-fn run(tasks: &mut [Task]) {
+/// Runs tasks on all threads.
+pub(crate) fn run(tasks: &mut [Task]) {
     match tasks {
         [] => {}
         [task] => task(),

@@ -8,7 +8,7 @@ use wgpu::{Adapter, Features};
 
 use super::adapter;
 use super::capture::CapturedDispatch;
-use super::plan::{DESIGN_CHUNK_BYTES, Limits};
+use super::plan::{self, Limits};
 use super::pool::Pool;
 use super::reflect::Reflection;
 use super::summary::AdapterSummary;
@@ -26,6 +26,29 @@ pub(super) struct Kernel {
     pub(super) reflection: Reflection,
 }
 
+/// What went to a device and back.
+#[doc(hidden)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Traffic {
+    /// Submissions.
+    pub submissions: usize,
+    /// Dispatches of kernels.
+    pub dispatches: usize,
+    /// Bytes to the device.
+    pub up: u64,
+    /// Bytes from the device.
+    pub down: u64,
+}
+
+impl Traffic {
+    pub(super) fn add(&mut self, other: Self) {
+        self.submissions += other.submissions;
+        self.dispatches += other.dispatches;
+        self.up += other.up;
+        self.down += other.down;
+    }
+}
+
 /// An open GPU.
 pub struct Gpu {
     pub(super) device: wgpu::Device,
@@ -36,6 +59,7 @@ pub struct Gpu {
     pub(super) kernels: Mutex<HashMap<String, Arc<Kernel>>>,
     pub(super) pool: Arc<Pool>,
     pub(super) kernel_nanoseconds: Mutex<f64>,
+    pub(super) traffic: Mutex<Traffic>,
     notes: Mutex<Vec<String>>,
     pub(super) capture: Mutex<Option<Vec<CapturedDispatch>>>,
     pub(super) poisoned: bool,
@@ -98,6 +122,8 @@ impl Gpu {
             let _ = note.set(format!("{reason:?}: {text}").trim_end_matches([':', ' ']).to_string());
         });
         let granted = device.limits();
+        let is_discrete = device.adapter_info().device_type == wgpu::DeviceType::DiscreteGpu;
+        let chunk_bytes = plan::chunk_bytes(is_discrete, granted.max_buffer_size);
         let limits = Limits {
             binding_bytes: granted.max_storage_buffer_binding_size,
             buffer_bytes: granted.max_buffer_size,
@@ -105,15 +131,16 @@ impl Gpu {
             workgroup_threads: granted.max_compute_invocations_per_workgroup.min(granted.max_compute_workgroup_size_x),
             storage_bindings: granted.max_storage_buffers_per_shader_stage,
             workgroups: granted.max_compute_workgroups_per_dimension,
-            chunk_bytes: DESIGN_CHUNK_BYTES,
+            chunk_bytes,
         };
         Gpu {
             summary: adapter::summarise(&device.adapter_info(), device.features()),
             limits,
             lost,
             kernels: Mutex::default(),
-            pool: Arc::default(),
+            pool: Arc::new(Pool::new(3 * chunk_bytes)),
             kernel_nanoseconds: Mutex::new(0.0),
+            traffic: Mutex::default(),
             notes: Mutex::default(),
             capture: Mutex::default(),
             poisoned: false,
@@ -191,6 +218,12 @@ impl Gpu {
     /// 0 if the device has no clock.
     pub fn take_kernel_seconds(&self) -> f64 {
         std::mem::take(&mut *self.kernel_nanoseconds.lock().expect("no panic while held")) * 1e-9
+    }
+
+    /// What went to the device and back since the last call.
+    #[doc(hidden)]
+    pub fn take_traffic(&self) -> Traffic {
+        std::mem::take(&mut *self.traffic.lock().expect("no panic while held"))
     }
 
     /// Notes a choice of kernels.

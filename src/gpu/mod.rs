@@ -41,7 +41,7 @@ pub use absent::{Gpu, adapters};
 #[cfg(feature = "gpu")]
 pub use adapter::adapters;
 #[cfg(feature = "gpu")]
-pub use context::Gpu;
+pub use context::{Gpu, Traffic};
 pub(crate) use pipeline::{Lost, kept, unwritten};
 pub(crate) use rounds::Rounds;
 pub use summary::AdapterSummary;

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use super::context::Gpu;
 use super::pool::Staging;
 use crate::error::{Error, Result};
-use crate::precision::Precision;
+use crate::precision::{Precision, Reals};
 
 /// How long the host waits for one submission.
 ///
@@ -100,6 +100,14 @@ impl Downloaded {
     /// The contents as words, or as structs of words.
     pub fn as_slice<T: Pod>(&self) -> &[T] {
         bytemuck::cast_slice(&self.bytes)
+    }
+
+    /// The contents as numbers in the precision of the recording, converted as they are read.
+    pub(crate) fn numbers(&self) -> Reals<'_> {
+        match self.precision {
+            Precision::F64 => Reals::F64(self.as_slice()),
+            _ => Reals::F32(self.as_slice()),
+        }
     }
 
     /// The contents as numbers in the precision of the recording.

@@ -11,9 +11,12 @@ pub const LOOP_TURNS: usize = 60_000;
 
 /// Bytes of all buffers of one chunk, unless a caller says otherwise.
 ///
-/// Two such chunks fit on a modest GPU at once, and one is large enough to hide the round trip.
+/// Two such chunks fit on a modest GPU at once, and one is large enough to hide the round trip. On a
+/// large card a chunk of 256 MiB holds a third of the curves that it can descend at once.
 #[cfg(feature = "gpu")]
-pub(super) const DESIGN_CHUNK_BYTES: u64 = 256 << 20;
+pub(super) const fn chunk_bytes(is_discrete: bool, buffer_bytes: u64) -> u64 {
+    if is_discrete && buffer_bytes >= 4 << 30 { 1 << 30 } else { 256 << 20 }
+}
 
 /// The limits of a device that matter here.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,16 +8,12 @@ use std::sync::{Arc, Mutex};
 
 use wgpu::BufferUsages;
 
-use super::plan::DESIGN_CHUNK_BYTES;
-
-/// The most bytes that are kept: as many as the chunks under way have.
-const KEPT_BYTES: u64 = 2 * DESIGN_CHUNK_BYTES;
-
 /// A kept buffer serves arrays from half its size on.
 const LOOSEST: u64 = 2;
 
-#[derive(Default)]
 pub(super) struct Pool {
+    /// The most bytes that are kept: the arrays of two chunks, and their way there and back.
+    most: u64,
     /// Buffers that nothing uses, the one kept first at the front.
     kept: Mutex<Vec<wgpu::Buffer>>,
     /// How often no kept buffer was of fitting size.
@@ -25,6 +21,11 @@ pub(super) struct Pool {
 }
 
 impl Pool {
+    /// An empty pool that keeps at most this many bytes.
+    pub fn new(most: u64) -> Self {
+        Pool { most, kept: Mutex::default(), missed: AtomicUsize::new(0) }
+    }
+
     /// The smallest kept buffer of this usage that fits a size, if there is one.
     pub fn take(&self, usage: BufferUsages, size: u64) -> Option<wgpu::Buffer> {
         let mut kept = self.kept.lock().expect("no panic while held");
@@ -41,7 +42,7 @@ impl Pool {
         let mut kept = self.kept.lock().expect("no panic while held");
         kept.push(buffer);
         let mut bytes: u64 = kept.iter().map(wgpu::Buffer::size).sum();
-        while bytes > KEPT_BYTES {
+        while bytes > self.most {
             bytes -= kept.remove(0).size();
         }
     }

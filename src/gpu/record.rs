@@ -1,19 +1,20 @@
 //! [`Recording`]: one submission, buffers up and dispatches. Every failure becomes an [`Error`].
 
-use std::sync::mpsc;
+use std::ops::Range;
+use std::sync::{Arc, mpsc};
 
 use bytemuck::Pod;
-use rayon::prelude::*;
 use wgpu::{BufferUsages, ErrorFilter};
 
 use super::capture::{CapturedBuffer, CapturedDispatch};
-use super::context::{Gpu, Kernel};
+use super::context::{Gpu, Kernel, Traffic};
 use super::key::KernelKey;
-use super::pending::{CONVERTED_TOGETHER, Download, Pending};
+use super::pending::{Download, Pending};
 use super::plan;
 use super::pool::Buffer;
 use super::reflect::{Access, Binding};
 use crate::error::{Error, Result};
+use crate::parallel::{self, Task};
 use crate::precision::Precision;
 
 /// Every array may be written and read by copies.
@@ -21,6 +22,9 @@ const COPIED: BufferUsages = BufferUsages::COPY_SRC.union(BufferUsages::COPY_DST
 
 /// Memory in which the host reads.
 const READ: BufferUsages = BufferUsages::MAP_READ.union(BufferUsages::COPY_DST);
+
+/// Memory in which the host writes. In the pool it is mapped.
+const WRITE: BufferUsages = BufferUsages::MAP_WRITE.union(BufferUsages::COPY_SRC);
 
 /// Work being recorded for one submission.
 ///
@@ -34,9 +38,12 @@ pub struct Recording<'g> {
     out_of_memory: wgpu::ErrorScopeGuard,
     /// The buffers of the work, until it is submitted.
     held: Vec<Buffer>,
+    /// The memory of uploads, until it is submitted.
+    uploads: Vec<wgpu::Buffer>,
     downloads: Vec<Download>,
     timestamps: Vec<wgpu::QuerySet>,
     bytes: u64,
+    traffic: Traffic,
 }
 
 impl Gpu {
@@ -46,38 +53,42 @@ impl Gpu {
         let out_of_memory = self.device.push_error_scope(ErrorFilter::OutOfMemory);
         let validation = self.device.push_error_scope(ErrorFilter::Validation);
         let encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let (held, downloads, timestamps) = (vec![], vec![], vec![]);
-        Recording { gpu: self, precision, encoder, out_of_memory, validation, held, downloads, timestamps, bytes: 0 }
+        Recording {
+            gpu: self,
+            precision,
+            encoder,
+            out_of_memory,
+            validation,
+            held: vec![],
+            uploads: vec![],
+            downloads: vec![],
+            timestamps: vec![],
+            bytes: 0,
+            traffic: Traffic { submissions: 1, ..Traffic::default() },
+        }
     }
 }
 
 impl<'g> Recording<'g> {
-    fn create(&mut self, contents: &[u8], usage: BufferUsages) -> Buffer {
+    /// Makes an array of some bytes that `write` writes, into mapped memory that the pool keeps. The
+    /// device copies from there.
+    fn create(&mut self, bytes: usize, usage: BufferUsages, write: impl FnOnce(&wgpu::Buffer)) -> Buffer {
         // A storage binding cannot be empty.
-        let contents = if contents.is_empty() { &[0; 16] } else { contents };
-        let size = (contents.len() as u64).next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT);
+        let size = (bytes.max(16) as u64).next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT);
+        let staging = self.gpu.pool.take(WRITE, size).unwrap_or_else(|| {
+            let descriptor = wgpu::BufferDescriptor { label: None, size, usage: WRITE, mapped_at_creation: true };
+            self.gpu.device.create_buffer(&descriptor)
+        });
+        if bytes == 0 {
+            fill(&staging, 0..16, |room| room.slice(..).fill(0));
+        }
+        write(&staging);
+        staging.unmap();
         let usage = usage | COPIED;
-        // On a device that is lost or out of memory there is nothing to fill. The scopes report
-        // that when the work is submitted.
-        let buffer = match self.gpu.pool.take(usage, size) {
-            Some(kept) => {
-                let all = wgpu::BufferSize::new(size).expect("an array has a size");
-                if let Some(mut written) = self.gpu.queue.write_buffer_with(&kept, 0, all) {
-                    written.slice(..contents.len()).copy_from_slice(contents);
-                }
-                kept
-            }
-            None => {
-                let descriptor = wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: true };
-                let fresh = self.gpu.device.create_buffer(&descriptor);
-                if let Ok(mut mapped) = fresh.get_mapped_range_mut(..) {
-                    mapped.slice(..contents.len()).copy_from_slice(contents);
-                    drop(mapped);
-                    fresh.unmap();
-                }
-                fresh
-            }
-        };
+        let buffer = self.gpu.pool.take(usage, size).unwrap_or_else(|| self.fresh(size, usage));
+        self.encoder.copy_buffer_to_buffer(&staging, 0, &buffer, 0, size);
+        self.uploads.push(staging);
+        self.traffic.up += size;
         self.hold(buffer, size)
     }
 
@@ -96,23 +107,32 @@ impl<'g> Recording<'g> {
 
     /// Uploads an array with these contents, for kernels to read (or to read and write).
     pub fn upload<T: Pod>(&mut self, data: &[T]) -> Buffer {
-        self.create(bytemuck::cast_slice(data), BufferUsages::STORAGE)
+        let bytes: &[u8] = bytemuck::cast_slice(data);
+        self.create(bytes.len(), BufferUsages::STORAGE, |room| copy(room, bytes))
     }
 
     /// Uploads numbers, each rounded once to the precision of the recording.
     pub fn upload_reals(&mut self, numbers: &[f64]) -> Buffer {
-        match self.precision {
-            Precision::F64 => self.upload(numbers),
-            _ => {
-                let rounded = numbers.par_iter().with_min_len(CONVERTED_TOGETHER).map(|&x| x as f32);
-                self.upload(&rounded.collect::<Vec<f32>>())
-            }
-        }
+        let ends: Vec<usize> = (0..numbers.len()).step_by(parallel::TOGETHER).chain([numbers.len()]).collect();
+        self.upload_parts(&ends, |k, to| to.copy_from_slice(&numbers[ends[k]..ends[k + 1]]))
+    }
+
+    /// Uploads numbers that all threads write part by part, each rounded once to the precision of
+    /// the recording. Part k goes from `ends[k]` to `ends[k + 1]`, less `ends[0]`. `write` gets
+    /// zeros.
+    pub(crate) fn upload_parts(&mut self, ends: &[usize], write: impl Fn(usize, &mut [f64]) + Sync) -> Buffer {
+        let (precision, count) = (self.precision, ends[ends.len() - 1] - ends[0]);
+        self.create(count * precision.bytes() as usize, BufferUsages::STORAGE, |room| {
+            let (parts, mut tasks) = (Parts { room, ends, precision, write: &write }, Vec::new());
+            divide(&parts, 0..ends.len() - 1, &mut tasks);
+            parallel::run(&mut tasks);
+        })
     }
 
     /// A uniform with these contents.
     pub fn uniform<T: Pod>(&mut self, data: &T) -> Buffer {
-        self.create(bytemuck::bytes_of(data), BufferUsages::UNIFORM)
+        let bytes = bytemuck::bytes_of(data);
+        self.create(bytes.len(), BufferUsages::UNIFORM, |room| copy(room, bytes))
     }
 
     /// Makes an array that kernels write, zero at first.
@@ -120,7 +140,9 @@ impl<'g> Recording<'g> {
         let size = bytes.next_multiple_of(4).max(16);
         if self.gpu.poisoned {
             // NaN in both precisions, and not a status word.
-            return self.create(&vec![0xff; size as usize], BufferUsages::STORAGE);
+            return self.create(size as usize, BufferUsages::STORAGE, |room| {
+                fill(room, 0..size, |room| room.slice(..).fill(0xff));
+            });
         }
         let usage = BufferUsages::STORAGE | COPIED;
         let buffer = match self.gpu.pool.take(usage, size) {
@@ -239,6 +261,7 @@ impl<'g> Recording<'g> {
         pass.dispatch_workgroups(groups[0], groups[1], groups[2]);
         drop(pass);
         self.timestamps.extend(times);
+        self.traffic.dispatches += 1;
     }
 
     /// Submits the work recorded so far, so that another submission can read its results.
@@ -254,6 +277,7 @@ impl<'g> Recording<'g> {
     pub fn download(&mut self, buffer: &Buffer) {
         let size = buffer.size();
         self.bytes += size;
+        self.traffic.down += size;
         let staging = self.gpu.pool.take(READ, size).unwrap_or_else(|| self.fresh(size, READ));
         self.encoder.copy_buffer_to_buffer(buffer.wgpu(), 0, &staging, 0, size);
         self.held.push(buffer.clone());
@@ -268,6 +292,15 @@ impl<'g> Recording<'g> {
     pub fn submit(mut self) -> Result<Pending<'g>> {
         let timestamps = self.resolve_timestamps();
         let index = self.gpu.queue.submit([self.encoder.finish()]);
+        self.gpu.traffic.lock().expect("no panic while held").add(self.traffic);
+        for staging in self.uploads {
+            let (pool, kept) = (Arc::clone(&self.gpu.pool), staging.clone());
+            staging.map_async(wgpu::MapMode::Write, .., move |mapped| {
+                if mapped.is_ok() {
+                    pool.keep(kept);
+                }
+            });
+        }
         // Within the scopes, since on a lost device there is nothing to map.
         let mapped: Vec<_> = self
             .downloads
@@ -309,6 +342,59 @@ impl<'g> Recording<'g> {
         self.encoder.copy_buffer_to_buffer(&resolved, 0, &staging, 0, size);
         Some(Download { staging, size })
     }
+}
+
+/// Writes a range of mapped memory.
+///
+/// On a device that is lost or out of memory there is nothing to write. The scopes report that when
+/// the work is submitted.
+fn fill(room: &wgpu::Buffer, range: Range<u64>, write: impl FnOnce(&mut wgpu::BufferViewMut)) {
+    if !range.is_empty()
+        && let Ok(mut mapped) = room.get_mapped_range_mut(range)
+    {
+        write(&mut mapped);
+    }
+}
+
+fn copy(room: &wgpu::Buffer, bytes: &[u8]) {
+    let whole = (bytes.len() as u64).next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT);
+    fill(room, 0..whole, |room| room.slice(..bytes.len()).copy_from_slice(bytes));
+}
+
+/// Numbers that are written part by part.
+struct Parts<'a> {
+    room: &'a wgpu::Buffer,
+    ends: &'a [usize],
+    precision: Precision,
+    write: &'a (dyn Fn(usize, &mut [f64]) + Sync),
+}
+
+/// Makes the tasks that write some parts.
+fn divide<'a>(parts: &'a Parts<'a>, own: Range<usize>, tasks: &mut Vec<Task<'a>>) {
+    let bytes = parts.precision.bytes();
+    let at = move |k: usize| (parts.ends[k] - parts.ends[0]) as u64 * bytes;
+    let first = parts.ends[own.start];
+    let count = parts.ends[own.end] - first;
+    // Mapped ranges begin at multiples of 8 bytes.
+    let middle = (own.start + own.len() / 2..own.end).find(|&k| k > own.start && at(k) % wgpu::MAP_ALIGNMENT == 0);
+    if let (true, Some(middle)) = (count > parallel::TOGETHER, middle) {
+        divide(parts, own.start..middle, tasks);
+        divide(parts, middle..own.end, tasks);
+        return;
+    }
+    tasks.push(Box::new(move || {
+        let mut numbers = vec![0.0; count];
+        for k in own.clone() {
+            (parts.write)(k, &mut numbers[parts.ends[k] - first..parts.ends[k + 1] - first]);
+        }
+        fill(parts.room, at(own.start)..at(own.end), |room| match parts.precision {
+            Precision::F64 => room.copy_from_slice(bytemuck::cast_slice(&numbers)),
+            _ => {
+                let rounded: Vec<f32> = numbers.iter().map(|&x| x as f32).collect();
+                room.copy_from_slice(bytemuck::cast_slice(&rounded));
+            }
+        });
+    }));
 }
 
 /// Whether a kernel may change a buffer with this access.
