@@ -21,6 +21,8 @@ struct Kept {
     cpu: f64,
     transfer: f64,
     kernels: f64,
+    #[serde(default)]
+    f64_rate: f64,
 }
 
 impl Kept {
@@ -47,7 +49,9 @@ pub fn of(adapter: &AdapterSummary) -> Costs {
     let usable =
         |kept: &Kept| [kept.open, kept.cpu, kept.transfer, kept.kernels].iter().all(|s| s.is_finite() && *s >= 0.0);
     match all().into_iter().find(|kept| kept.is_of(adapter) && usable(kept)) {
-        Some(Kept { open, cpu, transfer, kernels, .. }) => Costs { open, cpu, transfer, kernels, measured: true },
+        Some(Kept { open, cpu, transfer, kernels, f64_rate, .. }) => {
+            Costs { open, cpu, transfer, kernels, f64_rate, measured: true }
+        }
         None => Costs::estimated(adapter),
     }
 }
@@ -57,10 +61,10 @@ pub fn keep(adapter: &AdapterSummary, costs: &Costs) -> Result<PathBuf, String> 
     let file = file().ok_or("this system has no cache folder")?;
     let mut kept = all();
     kept.retain(|kept| !kept.is_of(adapter));
-    let Costs { open, cpu, transfer, kernels, .. } = *costs;
+    let Costs { open, cpu, transfer, kernels, f64_rate, .. } = *costs;
     let (name, driver) = (adapter.name.clone(), adapter.driver.clone());
     let faircurve = env!("CARGO_PKG_VERSION").into();
-    kept.push(Kept { faircurve, adapter: name, driver, threads: threads(), open, cpu, transfer, kernels });
+    kept.push(Kept { faircurve, adapter: name, driver, threads: threads(), open, cpu, transfer, kernels, f64_rate });
     let text = serde_json::to_string_pretty(&kept).map_err(|error| error.to_string())?;
     let write = || -> std::io::Result<()> {
         let folder = file.parent().expect("the file is in a folder");

@@ -101,6 +101,9 @@ fn print_costs(device: &Device, costs: &Costs) -> Result<()> {
          back, {kernels:.2} ns in kernels",
         costs.open
     ))?;
+    if costs.f64_rate > 0.0 {
+        show(format_args!("  f64 arithmetic runs at {:.2} of the rate of f32", costs.f64_rate))?;
+    }
     match costs::keep(device.as_gpu().expect("it is one").summary(), costs) {
         Ok(file) => show(format_args!("  kept for --device auto in {}", file.display())),
         Err(why) => show(format_args!("  not kept for --device auto: {why}")),

@@ -36,6 +36,8 @@ pub struct Costs {
     pub transfer: f64,
     /// A point of natural splines in the adapter's kernels.
     pub kernels: f64,
+    /// The rate of f64 arithmetic in kernels relative to f32. 0 if it is unknown.
+    pub f64_rate: f64,
     /// Whether the times were measured on this machine.
     pub measured: bool,
 }
@@ -65,7 +67,7 @@ impl Costs {
         let bandwidth = if adapter.kind == "discrete GPU" { 500e9 } else { 100e9 };
         let (open, threads) = (0.3, rayon::current_num_threads() as f64);
         let (cpu, transfer) = (CPU_THREAD / threads, PACKING_THREAD / threads + BUS);
-        Costs { open, cpu, transfer, kernels: MOVED / bandwidth, measured: false }
+        Costs { open, cpu, transfer, kernels: MOVED / bandwidth, f64_rate: 0.0, measured: false }
     }
 
     /// Seconds on the CPU.
@@ -76,6 +78,11 @@ impl Costs {
     /// Seconds on the adapter, including its opening.
     pub fn gpu_seconds(&self, work: &Work) -> f64 {
         self.open + work.points as f64 * (self.transfer + work.cost * self.kernels)
+    }
+
+    /// Whether f64 runs at half of the rate of f32 or better, but for the noise of a measurement.
+    pub(super) fn prefers_f64(&self) -> bool {
+        self.f64_rate >= 0.4
     }
 
     /// Whether the adapter is faster.
@@ -100,7 +107,7 @@ pub(super) fn on_the_cpu(work: &Work) -> f64 {
 mod tests {
     use super::*;
 
-    const COSTS: Costs = Costs { open: 0.25, cpu: 4e-9, transfer: 3e-9, kernels: 1e-10, measured: true };
+    const COSTS: Costs = Costs { open: 0.25, cpu: 4e-9, transfer: 3e-9, kernels: 1e-10, f64_rate: 0.5, measured: true };
 
     #[test]
     fn an_adapter_pays_where_what_it_saves_is_more_than_opening_and_the_way_there() {
@@ -112,6 +119,12 @@ mod tests {
         assert!(COSTS.pays(&Work::ENDLESS));
         let slow_bus = Costs { transfer: 5e-9, ..COSTS };
         assert!(!slow_bus.pays(&Work::splines(usize::MAX)));
+    }
+
+    #[test]
+    fn f64_is_preferred_where_it_was_measured_at_half_of_f32() {
+        let prefers = |f64_rate: f64| Costs { f64_rate, ..COSTS }.prefers_f64();
+        assert_eq!([0.0, 1.0 / 64.0, 1.0 / 32.0, 0.49, 1.0].map(prefers), [false, false, false, true, true]);
     }
 
     #[test]

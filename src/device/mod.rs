@@ -79,6 +79,8 @@ impl fmt::Display for DeviceReport {
 pub struct Device {
     gpu: Option<Arc<Gpu>>,
     precision: Precision,
+    /// Whether [`Precision::Auto`] is f64.
+    prefers_f64: bool,
     reason: String,
     finished: Option<Arc<AtomicUsize>>,
     stop: Option<Arc<AtomicBool>>,
@@ -91,7 +93,14 @@ pub struct Stopped;
 impl Device {
     /// The CPU, with all threads of rayon's pool.
     pub fn cpu() -> Self {
-        Device { gpu: None, precision: Precision::Auto, reason: "as asked".into(), finished: None, stop: None }
+        Device {
+            gpu: None,
+            precision: Precision::Auto,
+            prefers_f64: false,
+            reason: "as asked".into(),
+            finished: None,
+            stop: None,
+        }
     }
 
     /// The adapter of this index in [`gpu::adapters`].
@@ -129,11 +138,13 @@ impl Device {
     /// # Errors
     /// [`Error::NoGpu`] if a GPU was asked for and does not open.
     pub fn choose_by(choice: Choice, work: &Work, costs: &dyn Fn(&AdapterSummary) -> Costs) -> Result<Self> {
-        match choice {
-            Choice::Cpu => Ok(Self::cpu()),
-            Choice::Gpu(number) => Self::gpu(number),
-            Choice::Auto => Ok(Self::choose_automatically(work, costs)),
-        }
+        let device = match choice {
+            Choice::Cpu => Self::cpu(),
+            Choice::Gpu(number) => Self::gpu(number)?,
+            Choice::Auto => Self::choose_automatically(work, costs),
+        };
+        let prefers_f64 = device.as_gpu().is_some_and(|gpu| costs(gpu.summary()).prefers_f64());
+        Ok(Device { prefers_f64, ..device })
     }
 
     fn choose_automatically(work: &Work, costs: &dyn Fn(&AdapterSummary) -> Costs) -> Self {
@@ -236,8 +247,8 @@ impl Device {
         DeviceReport { is_gpu: self.gpu.is_some(), name, driver, precision, finished_on_cpu: 0 }
     }
 
-    /// The precision of a kernel. `Auto` takes f32 if the problem is `well_conditioned` or the
-    /// adapter has no f64.
+    /// The precision of a kernel. `Auto` takes f32 if the adapter has no f64, or if the problem is
+    /// `well_conditioned` and f64 was not measured to be about as fast.
     ///
     /// # Errors
     /// [`Error::NoGpu`] if f64 was asked for and the adapter has none.
@@ -248,7 +259,7 @@ impl Device {
                 let name = &gpu.summary().name;
                 Err(Error::NoGpu(format!("{name} has no 64-bit floats; use `Precision::F32`, or `Device::cpu`")))
             }
-            Precision::Auto if has_f64 && !well_conditioned => Ok(Precision::F64),
+            Precision::Auto if has_f64 && (self.prefers_f64 || !well_conditioned) => Ok(Precision::F64),
             Precision::Auto => Ok(Precision::F32),
             asked => Ok(asked),
         }
@@ -286,7 +297,7 @@ mod tests {
 
     #[test]
     fn auto_takes_hardware_where_it_pays_and_says_what_it_compared() {
-        let costs = Costs { open: 0.25, cpu: 4e-9, transfer: 3e-9, kernels: 1e-10, measured: true };
+        let costs = Costs { open: 0.25, cpu: 4e-9, transfer: 3e-9, kernels: 1e-10, f64_rate: 0.0, measured: true };
         let preferred = |kind, work: Work| preferred(&AdapterSummary::of_kind(kind), &work, &|_| costs);
         let fair = Work { points: 10_000_000, cost: 50.0 };
         let paying = preferred("discrete GPU", fair).unwrap();

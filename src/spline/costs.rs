@@ -2,11 +2,16 @@
 
 use std::time::Instant;
 
+use bytemuck::{Pod, Zeroable};
+
 use super::Natural;
+use super::gpu::GROUP;
 use crate::batch::CurveBatch;
 use crate::curve::Sampling;
 use crate::device::{Costs, Device};
 use crate::error::Result;
+use crate::gpu::KernelKey;
+use crate::gpu::source::definitions;
 use crate::precision::Precision;
 
 /// Repetitions of a measurement, of which the best counts.
@@ -44,6 +49,39 @@ impl Costs {
         let (cpu, _) = best(&Device::cpu())?;
         let (whole, kernels) = best(&device.clone().with_precision(Precision::F32))?;
         let transfer = (whole - kernels).max(0.0) / count;
-        Ok(Costs { open, cpu: cpu / count, transfer, kernels: kernels / count, measured: true })
+        let f64_rate = f64_rate(device)?;
+        Ok(Costs { open, cpu: cpu / count, transfer, kernels: kernels / count, f64_rate, measured: true })
     }
+}
+
+/// `RateParams` of `rate.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct RateParams {
+    pub count: u32,
+    pub turns: u32,
+}
+
+/// The rate of f64 arithmetic on a GPU relative to f32. 0 without f64 or a clock.
+fn f64_rate(device: &Device) -> Result<f64> {
+    let Some(gpu) = device.as_gpu().filter(|gpu| gpu.summary().has_f64) else { return Ok(0.0) };
+    let software = gpu.summary().is_software();
+    let (count, turns) = if software { (1 << 10, 1_000) } else { (1 << 18, 4_000) };
+    let seconds = |precision: Precision| -> Result<f64> {
+        let mut best = f64::INFINITY;
+        for _ in 0..=REPETITIONS {
+            gpu.take_kernel_seconds();
+            let mut recording = gpu.record(precision);
+            let params = recording.uniform(&RateParams { count: count as u32, turns });
+            let results = recording.storage_reals(count);
+            let definitions = definitions([("GROUP", &GROUP)]);
+            let key = KernelKey { path: "spline/rate.wgsl", entry: "rate", precision, definitions };
+            recording.dispatch(&key, count, GROUP, &[("params", &params), ("results", &results)])?;
+            recording.submit()?.wait()?;
+            best = best.min(gpu.take_kernel_seconds());
+        }
+        Ok(best)
+    };
+    let [single, double] = [seconds(Precision::F32)?, seconds(Precision::F64)?];
+    Ok(if double > 0.0 { single / double } else { 0.0 })
 }

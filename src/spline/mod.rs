@@ -62,7 +62,8 @@ pub(crate) use smoothing_gpu::kernel as smoothing_kernel;
 pub(crate) const ROW_SOURCE: &str = "spline/natural.wgsl";
 
 /// The other kernels of this room: files and entry points.
-pub(crate) const KERNELS: [(&str, &[&str]); 3] = [
+pub(crate) const KERNELS: [(&str, &[&str]); 4] = [
+    ("spline/rate.wgsl", &["rate"]),
     ("spline/sample.wgsl", &["per_span", "at_sites"]),
     ("spline/subdivide.wgsl", &["subdivide", "interpolated"]),
     ("spline/energy.wgsl", &["discrete_energy", "exact_product"]),
@@ -70,6 +71,7 @@ pub(crate) const KERNELS: [(&str, &[&str]); 3] = [
 
 #[cfg(all(test, feature = "gpu"))]
 mod tests {
+    use super::costs::RateParams;
     use super::gpu::SampleParams;
     use super::smoothing_gpu::{SmoothingCurve, SmoothingParams};
     use super::uniform_gpu::{Block, UniformCurve, UniformParams};
@@ -87,6 +89,8 @@ mod tests {
         };
         let sample = key("spline/sample.wgsl", "per_span");
         assert_layout!(sample, SampleParams { count, per_span, dimension });
+        let rate = key("spline/rate.wgsl", "rate");
+        assert_layout!(rate, RateParams { count, turns });
         let energy = key("spline/energy.wgsl", "discrete_energy");
         assert_layout!(energy, UniformParams { curves, points, dimension, blocks });
         assert_layout!(energy, Block { curve, begin, end, padding });
