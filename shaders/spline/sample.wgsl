@@ -9,8 +9,8 @@
 struct SampleParams {
     // Samples of this dispatch.
     count: u32,
-    // Samples a span, where every span has as many.
-    per_span: u32,
+    // Samples per span, or per curve, if all have as many.
+    each: u32,
     dimension: u32,
 }
 
@@ -20,9 +20,12 @@ struct SampleParams {
 @group(0) @binding(2) var<storage, read> edges: array<real>;
 @group(0) @binding(3) var<storage, read> second: array<real>;
 @group(0) @binding(4) var<storage, read_write> samples: array<real>;
-// The knot before each sample, and the fraction of the span after it.
+// The knot before each sample, and the fraction of the span after it. For `evenly` the first sample
+// of the span after each knot, and the fraction there with the step to the next.
 @group(0) @binding(5) var<storage, read> site_knots: array<u32>;
 @group(0) @binding(6) var<storage, read> site_fractions: array<real>;
+// For `evenly` the first knot of each curve, and the number of all at the end.
+@group(0) @binding(7) var<storage, read> curves: array<u32>;
 
 fn evaluate(sample: u32, knot: u32, u: real) {
     let h = spans[knot];
@@ -41,8 +44,26 @@ fn evaluate(sample: u32, knot: u32, u: real) {
 
 // Every span at the fractions 0, 1/N, …: sample k N + j is fraction j/N of the span after knot k.
 //:include entry.wgsl ENTRY=per_span TASKS=params.count
-    let j = task % params.per_span;
-    evaluate(task, task / params.per_span, real(j) / real(params.per_span));
+    let j = task % params.each;
+    evaluate(task, task / params.each, real(j) / real(params.each));
+}
+
+// Every curve at equal steps of its parameter.
+//:include entry.wgsl ENTRY=evenly TASKS=params.count
+    let j = task % params.each;
+    let curve = task / params.each;
+    var low = curves[curve];
+    var high = curves[curve + 1u] - 1u;
+    while (high - low > 1u) {
+        let middle = (low + high) / 2u;
+        if (site_knots[middle] <= j) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    let u = site_fractions[2u * low] + real(j - site_knots[low]) * site_fractions[2u * low + 1u];
+    evaluate(task, low, min(u, real(1)));
 }
 
 // Any samples, each at a site of its own.

@@ -6,6 +6,7 @@ use std::sync::{Arc, OnceLock};
 use glam::DVec3;
 
 use super::knots::Knots;
+use super::sample::Taken;
 use super::sample::coefficients;
 use crate::batch::CurveBatch;
 use crate::batch::Origin;
@@ -154,7 +155,7 @@ impl CurveSet for CubicSplines {
 
     fn sample_into(&self, sampling: Sampling, coords: &mut [f64]) {
         match self.offsets(sampling) {
-            Some(offsets) => self.write(sampling, &offsets, None, coords),
+            Some(offsets) => self.write(sampling, &offsets, &Taken::None, coords),
             None => coords.copy_from_slice(self.polylines(sampling).coords()),
         }
     }

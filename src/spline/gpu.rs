@@ -8,11 +8,12 @@ use bytemuck::{Pod, Zeroable};
 use super::ROW_SOURCE;
 use super::knots::Knots;
 pub(crate) use super::packing::{EndDerivatives, Fitted, Samples};
-use super::packing::{SplineRun, frames_of};
+use super::packing::{SplineRun, coordinates, frames_of};
 use crate::error::Result;
 use crate::gpu::source::definitions;
 use crate::gpu::{Buffer, Gpu, KernelKey, Pending, Recording, kept, once, pipeline, plan};
 use crate::linalg::ring::{RingKernel, RowSource, Solve};
+use crate::numbers::Numbers;
 use crate::precision::Precision;
 use crate::ragged;
 
@@ -24,7 +25,7 @@ pub(crate) const GROUP: usize = 64;
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 pub(crate) struct SampleParams {
     pub count: u32,
-    pub per_span: u32,
+    pub each: u32,
     pub dimension: u32,
 }
 
@@ -33,6 +34,7 @@ pub(crate) fn sample_offsets(knots: &Knots, samples: &Samples<'_>) -> Vec<usize>
     match samples {
         Samples::None => offsets_of(knots, |_| 0),
         Samples::PerSpan(n) => offsets_of(knots, |i| n * (knots.range(i).len() - 1) + usize::from(!knots.closed[i])),
+        Samples::Evenly(sites) => offsets_of(knots, |_| sites.n),
         Samples::At(sites) => sites.offsets.clone(),
     }
 }
@@ -56,8 +58,8 @@ pub(crate) fn fit(
     let d = knots.dimension;
     let offsets = sample_offsets(knots, samples);
     let mut fitted = Fitted {
-        second: vec![0.0; knots.t.len() * d],
-        samples: vec![0.0; offsets[knots.len()] * d],
+        second: Numbers::room(knots.t.len() * d),
+        samples: Numbers::room(offsets[knots.len()] * d),
         overflowed: Vec::new(),
         lost: None,
     };
@@ -86,10 +88,10 @@ pub(crate) fn sample(
     knots: &Knots,
     second: &[f64],
     samples: &Samples<'_>,
-) -> Result<Vec<f64>> {
+) -> Result<Numbers> {
     let d = knots.dimension;
     let offsets = sample_offsets(knots, samples);
-    let mut out = vec![0.0; offsets[knots.len()] * d];
+    let mut out = Numbers::room(offsets[knots.len()] * d);
     let chunks = chunks(gpu, precision, knots, samples)?;
     let run = SplineRun { knots, frames: &frames_of(knots), ends: &NaturalEnds, samples, sample_offsets: &offsets };
     pipeline(
@@ -128,6 +130,7 @@ fn chunks(gpu: &Gpu, precision: Precision, knots: &Knots, samples: &Samples<'_>)
     };
     let points = (0..knots.len()).map(|i| match samples {
         Samples::At(sites) => knots.range(i).len().max(sites.offsets[i + 1] - sites.offsets[i]),
+        Samples::Evenly(sites) if !knots.range(i).is_empty() => knots.range(i).len().max(sites.n),
         _ => knots.range(i).len(),
     });
     let largest = real * (d * per_knot) as u64;
@@ -136,11 +139,10 @@ fn chunks(gpu: &Gpu, precision: Precision, knots: &Knots, samples: &Samples<'_>)
 
 impl SplineRun<'_> {
     fn record<'g>(&self, mut recording: Recording<'g>, curves: &Range<usize>) -> Result<Recording<'g>> {
-        let (spans, edges) = self.pack(curves);
+        let [spans, edges] = self.pack(&mut recording, curves);
         let (systems, end_derivatives) = self.systems(curves);
-        let second = recording.storage_reals(edges.len());
-        let [spans, edges, end_derivatives] =
-            [&spans, &edges, &end_derivatives].map(|numbers| recording.upload_reals(numbers));
+        let second = recording.storage_reals(self.entries(curves) * self.knots.dimension);
+        let end_derivatives = recording.upload_reals(&end_derivatives);
         let status = recording.storage(4 * curves.len() as u64);
         let buffers = vec![("spans", &spans), ("edges", &edges), ("end_derivatives", &end_derivatives)];
         let source = RowSource { path: ROW_SOURCE, kind: 0, buffers };
@@ -159,14 +161,13 @@ impl SplineRun<'_> {
         second: &[f64],
     ) -> Result<Recording<'g>> {
         let (knots, d) = (self.knots, self.knots.dimension);
-        let (spans, edges) = self.pack(curves);
-        let mut normalised = Vec::with_capacity(edges.len());
-        for i in self.fitted_curves(curves) {
-            let scale = self.frames[i].second_derivative_unit();
-            let of_curve = &second[knots.offsets[i] * d..knots.offsets[i + 1] * d];
-            normalised.extend(of_curve.iter().map(|m| m / scale));
-        }
-        let [spans, edges, second] = [&spans, &edges, &normalised].map(|numbers| recording.upload_reals(numbers));
+        let [spans, edges] = self.pack(&mut recording, curves);
+        let ends = coordinates(&knots.offsets[curves.start..=curves.end], d);
+        let normalised = recording.upload_parts(&ends, |k, to| {
+            let scale = self.frames[curves.start + k].second_derivative_unit();
+            to.iter_mut().zip(&second[ends[k]..]).for_each(|(to, m)| *to = m / scale);
+        });
+        let second = normalised;
         self.record_samples(&mut recording, curves, [&spans, &edges, &second])?;
         Ok(recording)
     }
@@ -179,22 +180,30 @@ impl SplineRun<'_> {
     ) -> Result<()> {
         let (knots, d) = (self.knots, self.knots.dimension);
         let first = knots.offsets[curves.start];
-        let mut site_knots = Vec::new();
-        let (entry, count, per_span, site_fractions) = match self.samples {
+        let (mut site_knots, mut starts) = (Vec::new(), Vec::new());
+        let (entry, count, each, site_fractions) = match self.samples {
             Samples::None => return Ok(()),
-            Samples::PerSpan(n) => ("per_span", n * (knots.offsets[curves.end] - first), *n, &[][..]),
+            Samples::PerSpan(n) => ("per_span", n * self.entries(curves), *n, recording.upload_reals(&[])),
+            Samples::Evenly(sites) => {
+                site_knots.extend_from_slice(&sites.first[first..knots.offsets[curves.end]]);
+                starts.extend(self.fitted_curves(curves).map(|i| (knots.offsets[i] - first) as u32));
+                starts.push(self.entries(curves) as u32);
+                let ends = coordinates(&knots.offsets[curves.start..=curves.end], 2);
+                let fractions = recording.upload_parts(&ends, |k, to| sites.fractions(knots, curves.start + k, to));
+                ("evenly", sites.n * (starts.len() - 1), sites.n, fractions)
+            }
             Samples::At(sites) => {
                 let range = sites.offsets[curves.start]..sites.offsets[curves.end];
                 for i in curves.clone() {
                     let base = (knots.offsets[i] - first) as u32;
                     site_knots.extend(sites.knots[sites.offsets[i]..sites.offsets[i + 1]].iter().map(|k| base + k));
                 }
-                ("at_sites", range.len(), 1, &sites.fractions[range])
+                ("at_sites", range.len(), 1, recording.upload_reals(&sites.fractions[range]))
             }
         };
         let definitions = definitions([("GROUP", &GROUP)]);
         let key = KernelKey { path: "spline/sample.wgsl", entry, precision: recording.precision(), definitions };
-        let params = SampleParams { count: count as u32, per_span: per_span as u32, dimension: d as u32 };
+        let params = SampleParams { count: count as u32, each: each as u32, dimension: d as u32 };
         let samples = recording.storage_reals(count * d);
         let buffers = [
             ("params", &recording.uniform(&params)),
@@ -203,7 +212,8 @@ impl SplineRun<'_> {
             ("second", second),
             ("samples", &samples),
             ("site_knots", &recording.upload(&site_knots)),
-            ("site_fractions", &recording.upload_reals(site_fractions)),
+            ("site_fractions", &site_fractions),
+            ("curves", &recording.upload(&starts)),
         ];
         recording.dispatch(&key, count, GROUP, &buffers)?;
         recording.download(&samples);

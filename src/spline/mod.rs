@@ -64,7 +64,7 @@ pub(crate) const ROW_SOURCE: &str = "spline/natural.wgsl";
 /// The other kernels of this room: files and entry points.
 pub(crate) const KERNELS: [(&str, &[&str]); 4] = [
     ("spline/rate.wgsl", &["rate"]),
-    ("spline/sample.wgsl", &["per_span", "at_sites"]),
+    ("spline/sample.wgsl", &["per_span", "evenly", "at_sites"]),
     ("spline/subdivide.wgsl", &["subdivide", "interpolated"]),
     ("spline/energy.wgsl", &["discrete_energy", "exact_product"]),
 ];
@@ -88,7 +88,7 @@ mod tests {
             KernelKey { path, entry, precision: Precision::F32, definitions }
         };
         let sample = key("spline/sample.wgsl", "per_span");
-        assert_layout!(sample, SampleParams { count, per_span, dimension });
+        assert_layout!(sample, SampleParams { count, each, dimension });
         let rate = key("spline/rate.wgsl", "rate");
         assert_layout!(rate, RateParams { count, turns });
         let energy = key("spline/energy.wgsl", "discrete_energy");

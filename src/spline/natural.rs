@@ -19,7 +19,7 @@ use super::cubic::CubicSplines;
 use super::ends::{Ends, Tangents, end_tangents};
 use super::gpu::{EndDerivatives, Samples};
 use super::knots::{Coincident, Knots, Parametrisation};
-use super::sample::Sites;
+use super::sample::EvenSites;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::constraint::Constraint;
 use crate::curve::Sampling;
@@ -77,7 +77,7 @@ struct Solutions {
     /// Second derivatives at all knots.
     second: Numbers,
     /// Samples, where they were taken in the same submission.
-    samples: Option<Vec<f64>>,
+    samples: Option<Numbers>,
     /// Curves whose solution is not finite.
     failed: Vec<usize>,
 }
@@ -105,7 +105,7 @@ impl Natural {
         sampling.check(batch)?;
         let (splines, reports, samples) = self.fit_both(batch, Some(sampling), device)?;
         let polylines = match (samples, device.as_gpu()) {
-            (Some(samples), _) => splines.polylines_with(sampling, Some(&samples)),
+            (Some(samples), _) => splines.polylines_with(sampling, Some(samples)),
             (None, Some(gpu)) => splines.sample_on_gpu(gpu, device.kernel_precision(gpu, true)?, sampling)?,
             (None, None) => splines.polylines(sampling),
         };
@@ -127,7 +127,7 @@ impl Natural {
         batch: &CurveBatch,
         sampling: Option<Sampling>,
         device: &Device,
-    ) -> Result<(CubicSplines, Vec<CurveReport>, Option<Vec<f64>>)> {
+    ) -> Result<(CubicSplines, Vec<CurveReport>, Option<Numbers>)> {
         let constraints = batch.constraints();
         batch.allows(&[Constraint::Tangents, Constraint::Curvatures, Constraint::Pinned], "natural splines")?;
         self.check_shape(batch)?;
@@ -183,17 +183,17 @@ impl Natural {
     ) -> Result<Solutions> {
         let ends = ClampedEnds { options: self, batch, knots };
         let sites = match sampling {
-            Some(Sampling::Count(n)) => Some(Sites::evenly(knots, n)),
+            Some(Sampling::Count(n)) => Some(EvenSites::new(knots, n)),
             _ => None,
         };
         let wanted = match (sampling, &sites) {
-            (_, Some(sites)) => Samples::At(sites),
+            (_, Some(sites)) => Samples::Evenly(sites),
             (Some(Sampling::PerSpan(n)), _) => Samples::PerSpan(n),
             // Where equal arc lengths lie is known only after the fit.
             _ => Samples::None,
         };
         let fitted = super::gpu::fit(gpu, precision, knots, &ends, &wanted)?;
-        let mut second = Numbers::from(fitted.second);
+        let mut second = fitted.second;
         let samples = (!matches!(wanted, Samples::None)).then_some(fitted.samples);
         if let Some(lost) = fitted.lost {
             for i in lost.finished..batch.len() {

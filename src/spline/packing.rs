@@ -3,12 +3,13 @@
 use std::ops::Range;
 
 use super::knots::Knots;
-use super::sample::Sites;
+use super::sample::{EvenSites, Sites, Steps};
 use crate::bounds::Bounds;
 use crate::error::Result;
-use crate::gpu::{Downloaded, Lost, unwritten};
+use crate::gpu::{Buffer, Downloaded, Lost, Recording, unwritten};
 use crate::linalg::Real;
 use crate::linalg::ring::{FLAG_CYCLIC, FLAG_REPEATED, STATUS_SINGULAR, STATUS_SOLVED, System};
+use crate::numbers::Numbers;
 use crate::parallel;
 
 /// Frames that a thread makes together.
@@ -65,7 +66,7 @@ impl Frame {
 }
 
 /// Ends of curves by points, as those by coordinates.
-fn coordinates(ends: &[usize], d: usize) -> Vec<usize> {
+pub(super) fn coordinates(ends: &[usize], d: usize) -> Vec<usize> {
     ends.iter().map(|end| end * d).collect()
 }
 
@@ -87,9 +88,9 @@ pub(super) struct SplineRun<'a> {
 /// The results of the device.
 pub(crate) struct Fitted {
     /// Second derivatives at all knots, in input units.
-    pub second: Vec<f64>,
+    pub second: Numbers,
     /// Samples of curve `i` from `offsets[i]` on, knot by knot: coordinates in input units.
-    pub samples: Vec<f64>,
+    pub samples: Numbers,
     /// Curves whose numbers left the range of the device's floats. The CPU must fit them.
     pub overflowed: Vec<usize>,
     /// Set if the device was lost.
@@ -102,6 +103,8 @@ pub(crate) enum Samples<'a> {
     None,
     /// As many per span, and a last one for open curves.
     PerSpan(usize),
+    /// As many per curve, at equal steps of the parameter.
+    Evenly(&'a EvenSites),
     /// At given sites.
     At(&'a Sites),
 }
@@ -111,28 +114,30 @@ impl SplineRun<'_> {
         curves.clone().filter(|&i| !self.knots.range(i).is_empty())
     }
 
+    /// The number of knots of a chunk.
+    pub fn entries(&self, curves: &Range<usize>) -> usize {
+        self.knots.offsets[curves.end] - self.knots.offsets[curves.start]
+    }
+
     /// Spans and edges (a point's step to the next) of a chunk, normalised. Edges, not points: a spline
     /// through two close points depends on their difference, which f32 would lose.
-    pub fn pack(&self, curves: &Range<usize>) -> (Vec<f64>, Vec<f64>) {
+    pub fn pack(&self, recording: &mut Recording<'_>, curves: &Range<usize>) -> [Buffer; 2] {
         let (knots, d) = (self.knots, self.knots.dimension);
         let ends = &knots.offsets[curves.start..=curves.end];
-        let entries = knots.offsets[curves.end] - knots.offsets[curves.start];
-        let mut spans = vec![0.0; entries];
-        let mut edges = vec![0.0; entries * d];
-        parallel::parts(&mut spans, ends, |k, spans| {
+        let spans = recording.upload_parts(ends, |k, spans| {
             let (i, frame) = (curves.start + k, self.frames[curves.start + k]);
             for (span, pair) in spans.iter_mut().zip(knots.t(i).windows(2)) {
                 *span = (pair[1] - pair[0]) / frame.mean_span;
             }
         });
-        parallel::parts(&mut edges, &coordinates(ends, d), |k, edges| {
+        let edges = recording.upload_parts(&coordinates(ends, d), |k, edges| {
             let (i, frame) = (curves.start + k, self.frames[curves.start + k]);
             let here = knots.values(i);
             for (edge, (from, to)) in edges.iter_mut().zip(here.iter().zip(here.iter().skip(d))) {
                 *edge = (to - from) / frame.size;
             }
         });
-        (spans, edges)
+        [spans, edges]
     }
 
     /// The systems of a chunk, and the normalised derivatives at its clamped ends (empty if no end is
@@ -230,6 +235,23 @@ impl SplineRun<'_> {
                         .chunks_exact_mut(d)
                         .zip(from[d..].chunks_exact(d))
                         .for_each(|(to, from)| place(to, point, from));
+                }
+            }
+            Samples::Evenly(sites) => {
+                let own = &results[(self.sample_offsets[i] - self.sample_offsets[curves.start]) * d..];
+                let (t, values, steps) = (knots.t(i), knots.values(i), Steps::of(knots, i, sites.n));
+                let first = &sites.first[knots.range(i)];
+                for (k, samples) in first.windows(2).enumerate() {
+                    let samples = samples[0] as usize..samples[1] as usize;
+                    let point = &values[k * d..(k + 1) * d];
+                    let (to, from) = (&mut to[samples.start * d..samples.end * d], &own[samples.start * d..]);
+                    to.chunks_exact_mut(d).zip(from.chunks_exact(d)).for_each(|(to, from)| place(to, point, from));
+                    if !samples.is_empty() && steps.at(samples.start) <= t[k] {
+                        to[..d].copy_from_slice(point);
+                    }
+                }
+                if !knots.closed[i] && sites.n > 1 {
+                    to[(sites.n - 1) * d..].copy_from_slice(&values[values.len() - d..]);
                 }
             }
             Samples::At(sites) => {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::cubic::{CubicSplines, Spline};
 use super::gpu::{self, Samples};
 use super::knots::Knots;
-use super::sample::{Cubic, Sites};
+use super::sample::{Cubic, EvenSites, Sites, Taken};
 use crate::batch::{CurveBatch, Parameters, are_finite};
 use crate::curve::{Curve, Input, Sampling, samples_at};
 use crate::error::Result;
@@ -32,16 +32,23 @@ impl Fractions {
 }
 
 impl CubicSplines {
-    /// Polylines of all curves.
-    ///
-    /// `taken` are samples that a GPU took, by knots. The CPU takes those that are not finite, and
-    /// those of curves that it has changed.
-    pub(crate) fn polylines_with(&self, sampling: Sampling, taken: Option<&[f64]>) -> CurveBatch {
+    /// Polylines of all curves, from the samples that a GPU took.
+    pub(crate) fn polylines_with(&self, sampling: Sampling, taken: Option<Numbers>) -> CurveBatch {
         let Some(offsets) = self.offsets(sampling) else {
             return self.at_sites(sampling, &self.sites_of_curves(sampling), None);
         };
-        let mut coords = Numbers::room(offsets[self.len()] * self.knots.dimension);
-        self.write(sampling, &offsets, taken, &mut coords);
+        let of_taken = match sampling {
+            Sampling::Count(n) => gpu::offsets_of(&self.knots, |_| n),
+            Sampling::PerSpan(n) => gpu::sample_offsets(&self.knots, &Samples::PerSpan(n)),
+            _ => unreachable!("samples at equal arc lengths have no offsets before they are taken"),
+        };
+        let room = || Numbers::room(offsets[self.len()] * self.knots.dimension);
+        let (mut coords, taken) = match taken {
+            None => (room(), Taken::None),
+            Some(taken) if of_taken == offsets => (taken, Taken::Here),
+            Some(taken) => (room(), Taken::There(taken, of_taken)),
+        };
+        self.write(sampling, &offsets, &taken, &mut coords);
         let of = SampleParameters {
             knots: self.knots.clone(),
             unfitted: self.unfitted.clone(),
@@ -94,18 +101,13 @@ impl CubicSplines {
     }
 
     /// Writes samples between these offsets.
-    pub(super) fn write(&self, sampling: Sampling, offsets: &[usize], taken: Option<&[f64]>, mut coords: &mut [f64]) {
+    pub(super) fn write(&self, sampling: Sampling, offsets: &[usize], taken: &Taken, mut coords: &mut [f64]) {
         let d = self.knots.dimension;
         let (Sampling::PerSpan(n) | Sampling::Count(n)) = sampling else {
             unreachable!("samples at equal arc lengths have no offsets before they are taken")
         };
         let (room, needed) = (coords.len(), offsets[self.len()] * d);
         assert!(room == needed, "samples of {needed} numbers, and room for {room}");
-        let taken_offsets = match sampling {
-            _ if taken.is_none() => Vec::new(),
-            Sampling::Count(_) => gpu::offsets_of(&self.knots, |_| n),
-            _ => gpu::sample_offsets(&self.knots, &Samples::PerSpan(n)),
-        };
         let mut work = Vec::new();
         for curves in tasks(offsets) {
             let count = offsets[curves.end] - offsets[curves.start];
@@ -116,10 +118,20 @@ impl CubicSplines {
             let mut t = Vec::new();
             for i in curves {
                 let coords = take(&mut coords, (offsets[i + 1] - offsets[i]) * d);
-                let taken = taken.map(|samples| &samples[taken_offsets[i] * d..taken_offsets[i + 1] * d]);
+                let taken = match taken {
+                    Taken::None => None,
+                    Taken::Here if are_finite(coords) && self.is_as_taken(i) => continue,
+                    Taken::Here => None,
+                    Taken::There(samples, offsets) => Some(&samples[offsets[i] * d..offsets[i + 1] * d]),
+                };
                 self.write_curve(i, sampling, &fractions, taken, coords, &mut t);
             }
         });
+    }
+
+    /// Whether the spline of curve `i` is the one that a GPU has sampled.
+    fn is_as_taken(&self, i: usize) -> bool {
+        !self.unfitted.contains_key(&i) && !self.sided.contains_key(&i)
     }
 
     /// Writes the samples of a curve. `t` is storage.
@@ -139,7 +151,7 @@ impl CubicSplines {
         let steps = self.steps(i, sampling, fractions.closed.len());
         let more = if steps > fractions.closed.len() { Some(Fractions::new(steps)) } else { None };
         let Fractions { closed, open } = more.as_ref().unwrap_or(fractions);
-        let taken = taken.filter(|samples| more.is_none() && are_finite(samples) && spline.stride == 1);
+        let taken = taken.filter(|samples| more.is_none() && are_finite(samples) && self.is_as_taken(i));
         if let Sampling::PerSpan(_) = sampling {
             match taken {
                 Some(samples) => spline.per_span_taken(closed.len() * d, samples, coords),
@@ -164,10 +176,10 @@ impl CubicSplines {
     pub(crate) fn sample_on_gpu(&self, gpu: &Gpu, precision: Precision, sampling: Sampling) -> Result<CurveBatch> {
         let sample = |wanted: &Samples| gpu::sample(gpu, precision, &self.knots, &self.second, wanted);
         match sampling {
-            Sampling::PerSpan(n) => Ok(self.polylines_with(sampling, Some(&sample(&Samples::PerSpan(n))?))),
+            Sampling::PerSpan(n) => Ok(self.polylines_with(sampling, Some(sample(&Samples::PerSpan(n))?))),
             Sampling::Count(n) => {
-                let sites = Sites::evenly(&self.knots, n);
-                Ok(self.polylines_with(sampling, Some(&sample(&Samples::At(&sites))?)))
+                let sites = EvenSites::new(&self.knots, n);
+                Ok(self.polylines_with(sampling, Some(sample(&Samples::Evenly(&sites))?)))
             }
             Sampling::Points(_) | Sampling::Spacing(_) => {
                 let of_curves = self.sites_of_curves(sampling);

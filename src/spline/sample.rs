@@ -9,6 +9,8 @@
 //! ```
 
 use super::knots::Knots;
+use crate::numbers::Numbers;
+use crate::parallel;
 
 /// Samples that are not evenly spread over the spans: the knot before each, and the fraction of the
 /// span after it.
@@ -21,27 +23,75 @@ pub(crate) struct Sites {
     pub fractions: Vec<f64>,
 }
 
-impl Sites {
-    /// `n` samples a curve at equal steps of the parameter, both ends of open curves included.
-    pub fn evenly(knots: &Knots, n: usize) -> Self {
-        let mut sites = Sites { offsets: vec![0], knots: Vec::new(), fractions: Vec::new() };
-        for i in 0..knots.len() {
-            let t = knots.t(i);
-            if let Some(last) = t.len().checked_sub(1) {
-                let steps = if knots.closed[i] { n } else { n.saturating_sub(1) }.max(1) as f64;
-                let mut k = 0;
-                for sample in 0..n {
-                    let at = (t[0] + (t[last] - t[0]) * (sample as f64 / steps)).min(t[last]);
-                    while k + 2 < t.len() && t[k + 1] <= at {
-                        k += 1;
-                    }
-                    sites.knots.push(k as u32);
-                    sites.fractions.push(((at - t[k]) / (t[k + 1] - t[k])).clamp(0.0, 1.0));
-                }
+/// `n` samples per curve at equal steps of the parameter, both ends of open curves included.
+pub(crate) struct EvenSites {
+    pub n: usize,
+    /// For every knot, the first sample of its curve at or after it, to rounding; n for the last
+    /// knot. The span after knot k has the samples `first[k] .. first[k + 1]`.
+    pub first: Vec<u32>,
+}
+
+impl EvenSites {
+    pub fn new(knots: &Knots, n: usize) -> Self {
+        let mut first = vec![0; knots.t.len()];
+        parallel::parts(&mut first, &knots.offsets, |i, first| {
+            let Some(last) = first.len().checked_sub(1) else { return };
+            let (t, steps) = (knots.t(i), Steps::of(knots, i, n));
+            // A little slower than samples are, so that rounding passes over none at a knot.
+            let pace = (1.0 - 4.0 * f64::EPSILON) / steps.step;
+            for k in 1..last {
+                let exact = (t[k] - t[0]) * pace;
+                let before = exact as usize;
+                first[k] = (before + usize::from(exact > before as f64)).min(n) as u32;
             }
-            sites.offsets.push(sites.knots.len());
+            first[last] = n as u32;
+        });
+        EvenSites { n, first }
+    }
+
+    /// For every span of curve `i`, the fraction of it at its first sample and the step to the
+    /// next, at most 1: a span with a larger step has one sample. The last knot has none.
+    pub fn fractions(&self, knots: &Knots, i: usize, to: &mut [f64]) {
+        let first = &self.first[knots.range(i)];
+        if first.is_empty() {
+            return;
         }
-        sites
+        let (t, steps) = (knots.t(i), Steps::of(knots, i, self.n));
+        for ((to, pair), first) in to.as_chunks_mut::<2>().0.iter_mut().zip(t.windows(2)).zip(first) {
+            let h = pair[1] - pair[0];
+            *to = [((steps.at(*first as usize) - pair[0]) / h).clamp(0.0, 1.0), (steps.step / h).min(1.0)];
+        }
+    }
+}
+
+/// Samples that a GPU took, by knots. The CPU takes those that are not finite, and those of curves
+/// that it has changed.
+pub(super) enum Taken {
+    None,
+    /// Where the samples of the batch are to be.
+    Here,
+    /// Elsewhere, since some curves have more samples, with the start of every curve.
+    There(Numbers, Vec<usize>),
+}
+
+/// Equal steps of the parameter along a curve.
+pub(super) struct Steps {
+    from: f64,
+    to: f64,
+    step: f64,
+}
+
+impl Steps {
+    pub fn of(knots: &Knots, i: usize, n: usize) -> Self {
+        let t = knots.t(i);
+        let (from, to) = (t[0], t[t.len() - 1]);
+        let steps = if knots.closed[i] { n } else { n.saturating_sub(1) }.max(1) as f64;
+        Steps { from, to, step: (to - from) / steps }
+    }
+
+    /// The parameter of a sample.
+    pub fn at(&self, sample: usize) -> f64 {
+        (self.from + self.step * sample as f64).min(self.to)
     }
 }
 

@@ -29,7 +29,10 @@ const OPERATIONS: [Operation; 6] = [
 
 fn sampled(batch: &CurveBatch, sampling: Sampling, device: &Device) -> Outcome {
     let (fit, samples) = Natural::default().fit_sampled(batch, sampling, device).unwrap();
-    Outcome::of_curves(&samples, fit.reports())
+    match sampling {
+        Sampling::Count(_) => Outcome::of_even_samples(&fit, &samples),
+        _ => Outcome::of_curves(&samples, fit.reports()),
+    }
 }
 
 /// The CPU, and the GPU in every precision.

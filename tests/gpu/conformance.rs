@@ -13,7 +13,10 @@ use crate::common::{device, seeded, tolerance};
 fn sampled<'a>(batch: &'a CurveBatch, sampling: Sampling) -> impl Fn(&Device) -> Outcome + 'a {
     move |device| {
         let (fit, samples) = Natural::default().fit_sampled(batch, sampling, device).unwrap();
-        Outcome::of_curves(&samples, fit.reports())
+        match sampling {
+            Sampling::Count(_) => Outcome::of_even_samples(&fit, &samples),
+            _ => Outcome::of_curves(&samples, fit.reports()),
+        }
     }
 }
 

@@ -98,7 +98,13 @@ fn random_curves(dimension: usize, patterns: &[Vec<bool>], curves: usize, random
 
 fn outcome(offsets: &[usize], dimension: usize, coords: &[f64], status: Vec<CurveStatus>) -> Outcome {
     let names = (0..status.len()).map(|i| i.to_string()).collect();
-    Outcome { values: coords.to_vec(), offsets: offsets.iter().map(|k| k * dimension).collect(), status, names }
+    Outcome {
+        values: coords.to_vec(),
+        offsets: offsets.iter().map(|k| k * dimension).collect(),
+        status,
+        names,
+        along: vec![],
+    }
 }
 
 fn points_of(batch: &Batch, solved: &Solved) -> Outcome {

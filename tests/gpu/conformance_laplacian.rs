@@ -79,6 +79,7 @@ fn fitted(rule: &Rule, rounds: u32, grids: &Grids, device: &Device) -> Outcome {
         offsets,
         status: fine.reports().iter().map(|report| report.status).collect(),
         names: (0..grids.len()).map(|i| format!("{i}, {:?}", grids.shape(i))).collect(),
+        along: vec![],
     }
 }
 

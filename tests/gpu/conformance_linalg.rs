@@ -79,6 +79,7 @@ impl<T: Real> Systems<T> {
             offsets: self.offsets.iter().map(|row| row * self.columns).collect(),
             names: (0..solutions.status.len()).map(name).collect(),
             status: solutions.status,
+            along: vec![],
         }
     }
 

@@ -1,7 +1,7 @@
 //! One comparison for every kernel: an operation on the CPU in f64, and on a GPU in every precision
 //! it has.
 
-use faircurve::{CurveBatch, CurveReport, CurveStatus, Device};
+use faircurve::{CurveBatch, CurveReport, CurveStatus, Device, Fit};
 
 use super::tolerance::Tolerance;
 use super::{epsilon, precisions};
@@ -13,9 +13,27 @@ pub struct Outcome {
     pub offsets: Vec<usize>,
     pub status: Vec<CurveStatus>,
     pub names: Vec<String>,
+    /// By how much values differ since their parameters are rounded; empty for not at all.
+    pub along: Vec<f64>,
 }
 
 impl Outcome {
+    /// Samples at equal steps of the parameter. The CPU rounds the parameter of every sample, the
+    /// device that of the first sample of a span: three roundings of the largest parameter, with
+    /// which a sample moves along its curve.
+    pub fn of_even_samples(fit: &Fit, samples: &CurveBatch) -> Self {
+        let mut along = Vec::new();
+        for i in 0..samples.len() {
+            let curve = fit.curve(i);
+            for &t in samples.parameters(i).expect("samples have parameters") {
+                let (from, to) = curve.domain();
+                let moved = 3.0 * f64::EPSILON * from.abs().max(to.abs()) * curve.derivative(t, 1).length();
+                along.extend([moved, moved, moved].iter().take(samples.dimension()));
+            }
+        }
+        Outcome { along, ..Self::of_curves(samples, fit.reports()) }
+    }
+
     /// The coordinates of curves.
     pub fn of_curves(curves: &CurveBatch, reports: &[CurveReport]) -> Self {
         Outcome {
@@ -23,6 +41,7 @@ impl Outcome {
             offsets: curves.offsets().iter().map(|k| k * curves.dimension()).collect(),
             status: reports.iter().map(|report| report.status).collect(),
             names: (0..curves.len()).map(|i| curves.name(i).into_owned()).collect(),
+            along: vec![],
         }
     }
 
@@ -36,7 +55,13 @@ impl Outcome {
     pub fn of_numbers(values: Vec<f64>) -> Self {
         let count = values.len();
         let names = (0..count).map(|i| i.to_string()).collect();
-        Outcome { values, offsets: (0..=count).collect(), status: vec![CurveStatus::Converged; count], names }
+        Outcome {
+            values,
+            offsets: (0..=count).collect(),
+            status: vec![CurveStatus::Converged; count],
+            names,
+            along: vec![],
+        }
     }
 
     pub fn len(&self) -> usize {
@@ -129,7 +154,9 @@ pub fn compare(what: &str, found: &Outcome, wanted: &Outcome, tolerance: Toleran
             }
             let unit = if let Unit::Value = unit { unit.of(i, k, wanted_values) } else { unit_of_curve };
             let own = tolerance.roundings * epsilon * unit;
-            let bound = own + tolerance.reach * f64::EPSILON * reach;
+            let along =
+                wanted.along.get(wanted.offsets[i] + k).copied().filter(|moved| moved.is_finite()).unwrap_or(0.0);
+            let bound = own + tolerance.reach * f64::EPSILON * reach + along;
             // What is a number on one device only is infinitely far off.
             let used = Some((x - y).abs() / bound).filter(|used| !used.is_nan()).unwrap_or(f64::INFINITY);
             failed |= used > 1.0;

@@ -109,7 +109,7 @@ impl Case {
     fn of_vertices(&self, values: Vec<f64>, a_vertex: usize) -> Outcome {
         let offsets: Vec<usize> = self.batch.offsets().iter().map(|k| k * a_vertex).collect();
         let status = Outcome::of_numbers(vec![0.0; self.batch.len()]).status;
-        Outcome { values, offsets, status, names: self.names() }
+        Outcome { values, offsets, status, names: self.names(), along: vec![] }
     }
 
     /// The case with every edge, direction and offset changed by up to `relative` of its length.
