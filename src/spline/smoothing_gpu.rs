@@ -11,13 +11,17 @@ use bytemuck::{Pod, Zeroable};
 
 use super::gpu::GROUP;
 use super::knots::Knots;
+use super::reinsch::Reinsch;
 use super::smoother::{Outcome, Slot, Smoother, octave};
 use super::smoothing::{OfCurve, SmoothingTarget};
 use crate::batch::CurveBatch;
 use crate::error::Result;
-use crate::gpu::{Downloaded, Gpu, KernelKey, Pending, Recording, kept, once, pipeline, plan, unwritten};
+use crate::gpu::{Buffer, Downloaded, Gpu, KernelKey, Pending, Recording, kept, once, pipeline, plan, unwritten};
+use crate::linalg::{take, tasks};
 use crate::numbers::Numbers;
+use crate::parallel;
 use crate::precision::Precision;
+use crate::ragged;
 use crate::report::CurveReport;
 
 const FLAG_CLOSED: u32 = 1;
@@ -81,14 +85,12 @@ pub(super) fn fit_on_gpu(
     let scratch = real * (5 + 3 * d) as u64;
     let counts = (0..knots.len()).map(|i| knots.range(i).len());
     let done = plan::chunks(counts, scratch, 2 * scratch + real * (2 + d) as u64, gpu.limits()).and_then(|chunks| {
-        let mut smoother = Smoother::default();
         // Packing the next chunk and unpacking the last one take turns on this thread.
         let run = std::cell::RefCell::new(SmoothingRun {
             own,
             epsilon: precision.epsilon(),
             batch,
             knots,
-            smoother: &mut smoother,
             values: &mut values,
             second: &mut second,
             reports: &mut reports,
@@ -97,7 +99,7 @@ pub(super) fn fit_on_gpu(
             chunks,
             |curves| run.borrow_mut().record(gpu.record(precision), curves),
             once(|(pending, sent): (Pending<'_>, _)| Ok((pending.wait()?, sent))),
-            |_, (results, sent)| run.borrow_mut().unpack(&sent, &results),
+            |curves, (results, sent)| run.borrow_mut().unpack(curves, &sent, &results),
         ))
     });
     knots.values = Arc::new(values);
@@ -116,124 +118,157 @@ struct SmoothingRun<'a> {
     epsilon: f64,
     batch: &'a CurveBatch,
     knots: &'a Knots,
-    smoother: &'a mut Smoother,
     values: &'a mut [f64],
     second: &'a mut [f64],
     reports: &'a mut [Option<CurveReport>],
 }
 
-/// A curve on its way: its index and where its knots start in the chunk's arrays.
-type Sent = (usize, usize);
+/// A curve on its way.
+struct Sent {
+    curve: usize,
+    /// Where its knots start in the chunk's arrays.
+    start: usize,
+}
+
+/// Some curves of a chunk, packed by one thread.
+#[derive(Default)]
+struct Packed {
+    table: Vec<SmoothingCurve>,
+    searches: Vec<f64>,
+    spans: Vec<f64>,
+    inverse_weights: Vec<f64>,
+    data: Vec<f64>,
+    sent: Vec<Sent>,
+}
+
+impl Packed {
+    /// Adds a curve's problem, with its normalised λ or its allowed deviation.
+    fn push(&mut self, curve: usize, problem: &Reinsch<f64>, amount: f64, is_search: bool) {
+        let start = self.inverse_weights.len();
+        self.spans.extend_from_slice(&problem.spans);
+        self.inverse_weights.extend_from_slice(&problem.inverse_weights);
+        self.data.extend_from_slice(&problem.data);
+        // An open curve has one span fewer than knots.
+        self.spans.resize(self.inverse_weights.len(), 0.0);
+        let flags = if problem.closed { FLAG_CLOSED } else { 0 } | if is_search { FLAG_DEVIATION } else { 0 };
+        self.table.push(SmoothingCurve { start: start as u32, count: problem.count as u32, flags, padding: 0 });
+        self.searches.push(amount);
+        self.searches.resize(SEARCH * self.table.len(), 0.0);
+        self.sent.push(Sent { curve, start });
+    }
+}
+
+/// Uploads the numbers of all parts, one part after the other.
+fn upload(recording: &mut Recording<'_>, parts: &[Packed], numbers: impl Fn(&Packed) -> &[f64] + Sync) -> Buffer {
+    let ends = ragged::offsets(parts.iter().map(|part| numbers(part).len()));
+    recording.upload_parts(&ends, |k, to| to.copy_from_slice(numbers(&parts[k])))
+}
 
 impl SmoothingRun<'_> {
-    fn slot(&mut self, i: usize) -> (Slot<'_>, &mut Smoother) {
-        let d = self.knots.dimension;
-        let range = self.knots.offsets[i] * d..self.knots.offsets[i + 1] * d;
-        let slot = Slot {
-            batch: self.batch,
-            knots: self.knots,
-            curve: i,
-            values: &mut self.values[range.clone()],
-            second: &mut self.second[range],
-        };
-        (slot, self.smoother)
-    }
-
-    fn fit_on_host(&mut self, i: usize) {
-        let options = (self.own)(i);
-        let (slot, smoother) = self.slot(i);
-        let report = smoother.fit(slot, &options);
-        self.reports[i] = Some(report);
+    /// Takes `work` to the curves of a chunk, on all threads. Those that it reports are done.
+    fn each<T: Default + Send>(
+        &mut self,
+        curves: &Range<usize>,
+        work: impl Fn(&mut Smoother, Slot<'_>, &mut T) -> Option<CurveReport> + Sync,
+    ) -> Vec<T> {
+        let (knots, batch, d) = (self.knots, self.batch, self.knots.dimension);
+        let own = knots.offsets[curves.start] * d..knots.offsets[curves.end] * d;
+        let (mut values, mut second) = (&mut self.values[own.clone()], &mut self.second[own]);
+        let mut reports = &mut self.reports[curves.clone()];
+        let mut parts = Vec::new();
+        for part in tasks(&knots.offsets[curves.start..=curves.end]) {
+            let part = curves.start + part.start..curves.start + part.end;
+            let numbers = (knots.offsets[part.end] - knots.offsets[part.start]) * d;
+            let rooms = (take(&mut values, numbers), take(&mut second, numbers), take(&mut reports, part.len()));
+            parts.push((part, rooms));
+        }
+        parallel::of(parts, |(curves, (mut values, mut second, reports))| {
+            let (mut smoother, mut found) = (Smoother::default(), T::default());
+            for (curve, report) in curves.zip(reports) {
+                let numbers = knots.range(curve).len() * d;
+                let (values, second) = (take(&mut values, numbers), take(&mut second, numbers));
+                // A chunk comes twice when it had to be halved; what the host fitted stays.
+                if report.is_none() {
+                    *report = work(&mut smoother, Slot { batch, knots, curve, values, second }, &mut found);
+                }
+            }
+            found
+        })
     }
 
     fn record<'g>(&mut self, mut recording: Recording<'g>, curves: &Range<usize>) -> Result<(Pending<'g>, Vec<Sent>)> {
-        let d = self.knots.dimension;
-        let (mut table, mut searches, mut sent) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut spans, mut inverse_weights, mut data) = (Vec::new(), Vec::new(), Vec::new());
-        let mut most_solves = 1;
-        for i in curves.clone() {
-            // A chunk comes twice when it had to be halved; what the host fitted stays.
-            if self.reports[i].is_some() {
-                continue;
+        let (own, epsilon, knots, d) = (self.own, self.epsilon, self.knots, self.knots.dimension);
+        let parts = self.each(curves, |smoother, slot, packed: &mut Packed| {
+            let curve = slot.curve;
+            if let Some(report) = knots.report_unfitted(curve) {
+                return Some(report);
             }
-            self.reports[i] = self.knots.report_unfitted(i);
-            if self.reports[i].is_some() {
-                continue;
+            let options = own(curve);
+            let is_short = knots.range(curve).len() <= MOST_KNOTS;
+            match is_short.then(|| smoother.prepare_for_kernel(&slot, &options, epsilon)).flatten() {
+                Some(amount) => {
+                    let is_search = matches!(options.target, SmoothingTarget::Deviation(_));
+                    packed.push(curve, smoother.problem(), amount, is_search);
+                    None
+                }
+                None => Some(smoother.fit(slot, &options)),
             }
-            let (options, epsilon) = ((self.own)(i), self.epsilon);
-            let (slot, smoother) = self.slot(i);
-            let prepared = (slot.knots.range(i).len() <= MOST_KNOTS)
-                .then(|| smoother.prepare_for_kernel(&slot, &options, epsilon))
-                .flatten();
-            let Some(amount) = prepared else {
-                self.fit_on_host(i);
-                continue;
-            };
-            let problem = smoother.problem();
-            let start = inverse_weights.len();
-            spans.extend_from_slice(&problem.spans);
-            inverse_weights.extend_from_slice(&problem.inverse_weights);
-            data.extend_from_slice(&problem.data);
-            // An open curve has one span fewer than knots.
-            spans.resize(inverse_weights.len(), 0.0);
-            let is_search = matches!(options.target, SmoothingTarget::Deviation(_));
-            let mut flags = if problem.closed { FLAG_CLOSED } else { 0 };
-            flags |= if is_search { FLAG_DEVIATION } else { 0 };
-            most_solves = if is_search { MOST_SOLVES } else { most_solves };
-            table.push(SmoothingCurve { start: start as u32, count: problem.count as u32, flags, padding: 0 });
-            searches.push(amount);
-            searches.resize(SEARCH * table.len(), 0.0);
-            sent.push((i, start));
+        });
+        let rows = ragged::offsets(parts.iter().map(|part| part.inverse_weights.len()));
+        let (mut table, mut sent) = (Vec::new(), Vec::new());
+        for (part, &first) in parts.iter().zip(&rows) {
+            table.extend(part.table.iter().map(|own| SmoothingCurve { start: first as u32 + own.start, ..*own }));
+            sent.extend(part.sent.iter().map(|own| Sent { curve: own.curve, start: first + own.start }));
         }
+        let is_search = table.iter().any(|curve| curve.flags & FLAG_DEVIATION != 0);
         let (count, dimension) = (table.len() as u32, d as u32);
         let params = recording.uniform(&SmoothingParams { curves: count, dimension });
         let status = recording.storage(4 * u64::from(count));
-        let scratch = recording.storage_reals(inverse_weights.len() * (5 + 3 * d));
-        let searches = recording.upload_reals(&searches);
+        let scratch = recording.storage_reals(rows[parts.len()] * (5 + 3 * d));
+        let searches = upload(&mut recording, &parts, |part| &part.searches);
         let buffers = [
             ("params", &params),
             ("curves", &recording.upload(&table)),
             ("status", &status),
             ("octave", &recording.upload_reals(&octave().collect::<Vec<f64>>())),
-            ("spans", &recording.upload_reals(&spans)),
-            ("inverse_weights", &recording.upload_reals(&inverse_weights)),
-            ("data", &recording.upload_reals(&data)),
+            ("spans", &upload(&mut recording, &parts, |part| &part.spans)),
+            ("inverse_weights", &upload(&mut recording, &parts, |part| &part.inverse_weights)),
+            ("data", &upload(&mut recording, &parts, |part| &part.data)),
             ("scratch", &scratch),
             ("searches", &searches),
         ];
         let kernel = kernel(recording.precision(), d);
         // One solve a dispatch; curves that are done sit the rest out.
-        for _ in 0..most_solves {
+        for _ in 0..if is_search { MOST_SOLVES } else { 1 } {
             recording.dispatch(&kernel, table.len(), GROUP, &buffers)?;
         }
         [&status, &searches, &scratch].into_iter().for_each(|buffer| recording.download(buffer));
         Ok((recording.submit()?, sent))
     }
 
-    fn unpack(&mut self, sent: &[Sent], results: &[Downloaded]) -> Result<()> {
-        let d = self.knots.dimension;
-        let (status, searches, scratch) = (results[0].as_slice::<u32>(), results[1].reals(), results[2].reals());
-        for (k, &(i, start)) in sent.iter().enumerate() {
-            let accepted = match status[k] {
-                STATUS_SOLVED => {
-                    let count = self.knots.range(i).len() - usize::from(self.knots.closed[i]);
-                    let moments = start * (5 + 3 * d) + 5 * count;
-                    let correction = moments + 2 * count * d;
-                    let [step, solves] = [4, 5].map(|field| searches[SEARCH * k + field]);
-                    let outcome = Outcome { step: step as i32, solves: solves as u32 };
-                    let (options, epsilon) = ((self.own)(i), self.epsilon);
-                    let (mut slot, smoother) = self.slot(i);
-                    let numbers = |from: usize| scratch[from..from + count * d].iter().copied();
-                    smoother.accept(&mut slot, &options, outcome, epsilon, numbers(moments), numbers(correction))
-                }
-                STATUS_FAILED | STATUS_PENDING => None,
-                word => return Err(unwritten("spline/reinsch", format_args!("curve {i}"), word)),
-            };
-            match accepted {
-                Some(report) => self.reports[i] = Some(report),
-                None => self.fit_on_host(i),
-            }
+    fn unpack(&mut self, curves: &Range<usize>, sent: &[Sent], results: &[Downloaded]) -> Result<()> {
+        let (own, epsilon, knots, d) = (self.own, self.epsilon, self.knots, self.knots.dimension);
+        let (status, searches, scratch) = (results[0].as_slice::<u32>(), results[1].numbers(), results[2].numbers());
+        let is_written = |word: &u32| [STATUS_SOLVED, STATUS_FAILED, STATUS_PENDING].contains(word);
+        if let Some(k) = status[..sent.len()].iter().position(|word| !is_written(word)) {
+            return Err(unwritten("spline/reinsch", format_args!("curve {}", sent[k].curve), status[k]));
         }
+        self.each(curves, |smoother, mut slot, (): &mut ()| {
+            let k = sent.binary_search_by_key(&slot.curve, |own| own.curve).expect("what has no report was sent");
+            let (options, Sent { curve, start }) = (own(slot.curve), &sent[k]);
+            let accepted = if status[k] == STATUS_SOLVED {
+                let count = knots.range(*curve).len() - usize::from(knots.closed[*curve]);
+                let moments = start * (5 + 3 * d) + 5 * count;
+                let correction = moments + 2 * count * d;
+                let [step, solves] = [4, 5].map(|field| searches.at(SEARCH * k + field));
+                let outcome = Outcome { step: step as i32, solves: solves as u32 };
+                let numbers = |from: usize| (from..from + count * d).map(|at| scratch.at(at));
+                smoother.accept(&mut slot, &options, outcome, epsilon, numbers(moments), numbers(correction))
+            } else {
+                None
+            };
+            Some(accepted.unwrap_or_else(|| smoother.fit(slot, &options)))
+        });
         Ok(())
     }
 }
