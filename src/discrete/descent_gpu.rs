@@ -165,7 +165,7 @@ impl<const D: usize> Run<'_, D> {
         let (mut order, mut host): (Vec<usize>, Vec<usize>) = (0..problems.len()).partition(|&i| is_taken(i));
         let kind = |i: usize| (problems[i].vertices(), problems[i].closed, problems[i].pinned.len(), i);
         sort::by(&mut order, |&i, &j| kind(i).cmp(&kind(j)));
-        let mut outcomes: Vec<Outcome<D>> = problems.iter().copied().map(unfinished).collect();
+        let mut outcomes: Vec<Option<Outcome<D>>> = problems.iter().map(|_| None).collect();
         if let Some(table) = table.filter(|_| !order.is_empty()) {
             let composition = self.composition(&order)?;
             let possible: Vec<usize> =
@@ -175,8 +175,11 @@ impl<const D: usize> Run<'_, D> {
         }
         let own: Vec<&Problem<D>> = host.iter().map(|&i| problems[i]).collect();
         let descended = descend_on_cpu(self.plan, self.energy, &own, &|k, outcome| ended(host[k], outcome));
-        host.into_iter().zip(descended).for_each(|(i, outcome)| outcomes[i] = outcome);
-        Ok(outcomes)
+        host.into_iter().zip(descended).for_each(|(i, outcome)| outcomes[i] = Some(outcome));
+        let unfinished = |(outcome, problem): (Option<Outcome<D>>, &&Problem<D>)| {
+            outcome.unwrap_or_else(|| Outcome::moved(vec![[0.0; D]; problem.vertices()]))
+        };
+        Ok(outcomes.into_iter().zip(problems).map(unfinished).collect())
     }
 
     /// The numbers of lanes that curves of this run may have, in increasing order.
@@ -255,11 +258,6 @@ impl<const D: usize> Run<'_, D> {
     }
 }
 
-/// The outcome of a curve that has not been descended.
-fn unfinished<const D: usize>(problem: &Problem<D>) -> Outcome<D> {
-    Outcome::moved(vec![[0.0; D]; problem.vertices()])
-}
-
 struct Job<'a, const D: usize> {
     run: &'a Run<'a, D>,
     composition: Composition,
@@ -272,7 +270,7 @@ impl<'a, const D: usize> Job<'a, D> {
     fn descend(
         &self,
         order: &[usize],
-        outcomes: &mut [Outcome<D>],
+        outcomes: &mut [Option<Outcome<D>>],
         progress: &mut dyn FnMut(usize),
         (host, ended): (&mut Vec<usize>, Ended<'_, D>),
     ) -> Result<(), Interrupted> {
@@ -290,7 +288,10 @@ impl<'a, const D: usize> Job<'a, D> {
             |groups, (layout, results)| {
                 let left = self.unpack(members(groups), &layout, &results, outcomes);
                 for (&i, left) in members(groups).iter().zip(left) {
-                    if left { host.push(i) } else { ended(i, &outcomes[i]) }
+                    match &outcomes[i] {
+                        Some(outcome) if !left => ended(i, outcome),
+                        _ => host.push(i),
+                    }
                 }
                 Ok(())
             },
@@ -300,16 +301,15 @@ impl<'a, const D: usize> Job<'a, D> {
 
     fn start(&self, curves: &[usize]) -> Result<Rounds<'a, Layout>> {
         let layout = self.layout(curves);
-        let (given, fixed) = self.pack(curves, &layout);
         let most = |&i: &usize| self.run.problems[i].most_iterations;
         let state = |i| DescentState { most_iterations: most(i), ..DescentState::zeroed() };
         let states: Vec<DescentState> = curves.iter().map(state).collect();
         let mut recording = self.run.gpu.record(self.run.precision);
         let mut arrays = vec![
             ("curves", recording.upload(&layout.table)),
-            ("fixed", recording.upload_reals(&fixed)),
+            ("fixed", self.upload_fixed(&mut recording, curves, &layout)),
             ("states", recording.upload(&states)),
-            ("lanes", recording.upload_reals(&given)),
+            ("lanes", self.upload_given(&mut recording, curves)),
             ("displacements", recording.storage_reals(layout.displacements)),
             ("work", recording.storage_reals(layout.work)),
         ];
@@ -317,7 +317,9 @@ impl<'a, const D: usize> Job<'a, D> {
             arrays.push(("surface_table", recording.upload_reals(&self.table)));
         }
         let of_curves = ("discrete/descent", curves.len());
-        Rounds::start::<DescentState>(of_curves, recording, (layout, arrays), |r, l, a, s| self.round(r, l, a, s))
+        Rounds::start::<DescentState>(of_curves, recording, (layout, arrays), &WANTED, |r, l, a, s| {
+            self.round(r, l, a, s)
+        })
     }
 
     /// Descends the listed curves by as many ticks as fit.

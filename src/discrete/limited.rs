@@ -166,6 +166,7 @@ pub(super) async fn keep<const D: usize>(
             energies = [ready.problem.energy_of_base(&fair.energy), f64::NAN];
         }
         let limited = Limited::new(curve, limits, ready, energies, first);
+        let curve = &if before.is_some() { curve.repeated() } else { *curve };
         let (limited, ending) = Box::pin(limited.descend(curve, None)).await;
         let (mut now, is_good) = judged(curve, limited, ending, free, outcome, energies[1]);
         match &mut before {

@@ -16,7 +16,7 @@ pub(super) async fn minimise<const D: usize>(
     mut ready: PreparedCurve<D>,
     goal: Goal,
 ) -> (PreparedCurve<D>, Outcome<D>) {
-    let (tolerance, in_f32) = (ready.problem.tolerance, curve.queue.is_in_f32(goal));
+    let (tolerance, in_f32) = (ready.problem.tolerance, curve.is_in_f32(goal));
     if in_f32 {
         ready.problem.tolerance = tolerance.max(ready.problem.rounding_in_f32(curve.energy(goal)));
     }

@@ -92,7 +92,8 @@ fn fit_all<const D: usize>(
     let queue = Queue::new::<D>(fair, batch, &SeparatingHalfPlanes::default(), device)?;
     let size = |i: usize| fair.segments.edges(batch, i);
     let strategy = |i: usize| -> Task<'_, FittedCurve<D>> {
-        let curve = CurveFit { fair, batch, i, kept: pieces.kept_of(i), queue: &queue, desk: &desks[i] };
+        let curve =
+            CurveFit { fair, batch, i, kept: pieces.kept_of(i), queue: &queue, desk: &desks[i], is_repeated: false };
         Box::pin(async move {
             let fitted = match prepare(i) {
                 Ok(ready) => fit_one(curve, ready, allowed(i), in_f32).await,
@@ -125,7 +126,15 @@ fn fit_all<const D: usize>(
             let desks = Desk::of(again.len());
             let strategy = |k: usize| -> Task<'_, (usize, Found, bool)> {
                 let (i, start) = again[k];
-                let curve = CurveFit { fair, batch, i, kept: pieces.kept_of(i), queue: &queue, desk: &desks[k] };
+                let curve = CurveFit {
+                    fair,
+                    batch,
+                    i,
+                    kept: pieces.kept_of(i),
+                    queue: &queue,
+                    desk: &desks[k],
+                    is_repeated: false,
+                };
                 Box::pin(fit_again(curve, start, separating.of(i)))
             };
             let mut all = Vec::new();

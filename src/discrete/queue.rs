@@ -104,12 +104,15 @@ pub(super) struct CurveFit<'a, const D: usize> {
     pub kept: [bool; 2],
     pub queue: &'a Queue<'a>,
     pub desk: &'a Desk<D>,
+    /// Whether this is a repetition, which few curves need. The CPU descends these: a GPU takes
+    /// about as long for a few curves as for all.
+    pub is_repeated: bool,
 }
 
 impl<const D: usize> CurveFit<'_, D> {
     /// Descends once, on the device of the fit.
     pub async fn descend(&self, problem: Box<Problem<D>>, goal: Goal) -> (Box<Problem<D>>, Outcome<D>) {
-        self.ask(problem, goal, false).await
+        self.ask(problem, goal, self.is_repeated).await
     }
 
     /// Descends once, on the CPU in f64.
@@ -137,6 +140,16 @@ impl<const D: usize> CurveFit<'_, D> {
     /// The stages of a continuation, with their bounds of the exponents.
     pub fn stages(&self) -> impl Iterator<Item = (f64, Goal)> {
         self.queue.stages.iter().enumerate().map(|(k, (bound, _))| (*bound, Goal::Stage(k)))
+    }
+
+    /// The same fit, repeated.
+    pub fn repeated(&self) -> Self {
+        CurveFit { is_repeated: true, ..*self }
+    }
+
+    /// Whether descents are in f32.
+    pub fn is_in_f32(&self, goal: Goal) -> bool {
+        !self.is_repeated && self.queue.is_in_f32(goal)
     }
 
     /// Whether the solver is Newton's method.
@@ -181,7 +194,7 @@ impl<'a> Queue<'a> {
     }
 
     /// Whether descents of this goal are in f32.
-    pub fn is_in_f32(&self, goal: Goal) -> bool {
+    fn is_in_f32(&self, goal: Goal) -> bool {
         self.descender(goal).gpu.is_some_and(|(_, precision)| precision == Precision::F32)
     }
 

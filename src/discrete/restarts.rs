@@ -62,7 +62,7 @@ pub(super) struct Descended<const D: usize> {
 pub(super) async fn best<const D: usize>(curve: &CurveFit<'_, D>, ready: PreparedCurve<D>) -> Descended<D> {
     let mut best = Descended::first(curve, ready).await;
     best.keep_limits(curve, Start::Free).await;
-    best.start_from_shortest(curve).await;
+    best.start_from_shortest(&curve.repeated()).await;
     if curve.fair.starts > 1 {
         best.gain = Some(0.0);
     }
@@ -80,7 +80,7 @@ impl<const D: usize> Descended<D> {
     /// Descends a curve, and [removes self-intersections](untangle).
     async fn new(curve: &CurveFit<'_, D>, ready: PreparedCurve<D>) -> Self {
         let (mut ready, mut outcome) = minimise(curve, ready, Goal::Free).await;
-        let untangled = untangle(curve, &mut ready, &mut outcome).await;
+        let untangled = untangle(&curve.repeated(), &mut ready, &mut outcome).await;
         Descended { ready, outcome, untangled, remedy: "", gain: None, kept: None, free: None }
     }
 
@@ -88,10 +88,10 @@ impl<const D: usize> Descended<D> {
     async fn first(curve: &CurveFit<'_, D>, ready: PreparedCurve<D>) -> Self {
         let mut first = Self::new(curve, ready).await;
         if first.untangled.may_cross && first.crosses() {
-            Box::pin(first.redraw(curve)).await;
+            Box::pin(first.redraw(&curve.repeated())).await;
         }
         if curve.fair.energy.order() > 2 && curve.fair.surface.is_none() && first.outcome.is_open() {
-            Box::pin(first.refine(curve)).await;
+            Box::pin(first.refine(&curve.repeated())).await;
         }
         first
     }

@@ -28,20 +28,25 @@ pub(crate) struct Rounds<'g, Layout> {
     arrays: Arrays,
     /// Arrays that come back after every round, besides the states.
     looked_at: &'static [&'static str],
+    /// Whether all wanted arrays come back with this round.
+    is_last: bool,
     pending: Pending<'g>,
 }
 
 impl<'g, Layout> Rounds<'g, Layout> {
-    /// Submits the first round of a kernel for a number of curves.
+    /// Submits the first round of a kernel for a number of curves, with the wanted arrays: most
+    /// curves end in it, and all of gentle ones.
     ///
     /// `round` records the work of the listed curves. It finds the arrays by name.
     pub fn start<State: Pod>(
         (kernel, curves): (&'static str, usize),
         recording: Recording<'g>,
         (layout, arrays): (Layout, Arrays),
+        wanted: &'static [&'static str],
         round: impl Fn(&mut Recording<'g>, &Layout, &[(&str, &Buffer)], &[u32]) -> Result<()>,
     ) -> Result<Self> {
-        Self::looking::<State>((kernel, curves), recording, (layout, arrays), &[], round)
+        let own = Self::looking::<State>((kernel, curves), recording, (layout, arrays), &wanted[1..], round)?;
+        Ok(Rounds { looked_at: &[], is_last: true, ..own })
     }
 
     /// The same, with named arrays that the host sees after every round.
@@ -55,7 +60,7 @@ impl<'g, Layout> Rounds<'g, Layout> {
         let all: Vec<u32> = (0..curves as u32).collect();
         let pending = submit(recording, &layout, &arrays, (&all, looked_at), round)?;
         let state_words = size_of::<State>() / 4;
-        Ok(Rounds { kernel, curves, running: curves, state_words, layout, arrays, looked_at, pending })
+        Ok(Rounds { kernel, curves, running: curves, state_words, layout, arrays, looked_at, is_last: false, pending })
     }
 
     /// Waits for a round, and submits the next round, of the curves that run.
@@ -96,6 +101,9 @@ impl<'g, Layout> Rounds<'g, Layout> {
         if slots.len() < self.running {
             ended(self.running - slots.len());
         }
+        if slots.is_empty() && self.is_last {
+            return Ok(Step::Done((self.layout, found)));
+        }
         let mut recording = gpu.record(precision);
         let pending = if slots.is_empty() {
             wanted.iter().for_each(|name| recording.download(named(&self.arrays, name)));
@@ -106,7 +114,7 @@ impl<'g, Layout> Rounds<'g, Layout> {
             };
             submit(recording, &self.layout, &self.arrays, (&slots, self.looked_at), round)?
         };
-        Ok(Step::Again(Rounds { running: slots.len(), pending, ..self }))
+        Ok(Step::Again(Rounds { running: slots.len(), is_last: false, pending, ..self }))
     }
 }
 

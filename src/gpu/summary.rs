@@ -42,14 +42,15 @@ impl AdapterSummary {
 
     /// Threads that the adapter works on at once, by its kind: an estimate, since no driver tells.
     ///
-    /// An NVIDIA H100 holds 270,336 threads (132 multiprocessors of 2,048), an RTX 4070 70,656 (46 of
-    /// 1,536): discrete GPUs count as 131,072, between both. An Apple M2 has 10 cores of some 1,024:
+    /// Registers limit it: of the 65,536 of a multiprocessor a thread of a large kernel takes some
+    /// 128. An NVIDIA H100 (132 multiprocessors) runs 67,584 threads, an RTX 4070 (46) 23,552:
+    /// discrete GPUs count as 49,152, between both. An Apple M2 has 10 cores of some 1,024:
     /// integrated GPUs count as 10,240. Of software it is the width of a vector register.
     pub fn threads(&self) -> usize {
         match self.kind {
             "integrated GPU" => 10_240,
             "software" => 8,
-            _ => 131_072,
+            _ => 49_152,
         }
     }
 

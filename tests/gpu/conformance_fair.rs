@@ -518,9 +518,10 @@ fn curves_with_limits_are_those_of_the_cpu() {
             let did = gpu.0.device();
             println!("{held} held, {} finished on the CPU", did.finished_on_cpu);
             assert!(held >= 4);
-            // The host searches for curves of variation in another way too.
+            // In f64 the host repeats the few that the first penalty leaves. It searches for curves of
+            // variation in another way too.
             let varies = fair.energy.order() > 2;
-            assert!(varies || (did.finished_on_cpu > 0) == (precision == Precision::F32), "{did:?}");
+            assert!(varies || (did.finished_on_cpu < held) == (precision == Precision::F64), "{did:?}");
             assert!(farthest <= near && 2 * alike >= batch.len(), "{alike} curves, {farthest:e}");
         }
     }

@@ -302,3 +302,40 @@ fn a_second_fit_of_the_same_kind_makes_no_arrays_and_has_the_same_bits() {
     Smoothing { target: SmoothingTarget::Lambda(0.1), ..Smoothing::default() }.fit(&batch, &device).unwrap();
     assert!(fit() == first.0);
 }
+
+/// Positions of samples are computed on the device: its host sends knots alone.
+#[test]
+fn a_fit_with_samples_is_one_submission_of_knots_and_samples() {
+    let Some(gpu) = gpu() else { return };
+    let (points, samples) = (10, 80);
+    let batch = walks(2, &vec![points; 500], &mut seeded(302));
+    let curves = batch.len();
+    let device = Device::from_gpu(gpu).with_precision(Precision::F32);
+    Natural::default().fit_sampled(&batch, Sampling::Count(samples), &device).unwrap();
+    let traffic = device.as_gpu().expect("it is one").take_traffic();
+    println!("{traffic:?}");
+    assert_eq!(traffic.submissions, 1);
+    assert!(traffic.dispatches <= 8, "{traffic:?}");
+    // A closed curve has its first knot again at its end.
+    let knots = curves * points + (0..curves).filter(|&i| batch.is_closed(i)).count();
+    // In bytes: spans, edges, the first sample of each span, its fraction and the step; a system.
+    let up = knots * (4 + 8 + 4 + 8) + curves * (16 + 4);
+    // Second derivatives, samples and a status.
+    let down = knots * 8 + curves * (8 * samples + 4);
+    assert!(traffic.up as usize <= up + 1_000, "{traffic:?}, {up}");
+    assert!(traffic.down as usize <= down + 1_000, "{traffic:?}, {down}");
+}
+
+#[test]
+fn gentle_fair_curves_take_two_submissions_at_most() {
+    let Some(gpu) = gpu() else { return };
+    let device = Device::from_gpu(gpu).with_precision(Precision::F64);
+    let point = |k: usize| [(k % 5) as f64, 0.2 * (1.7 * k as f64).sin()];
+    let coords = (0..1_000).flat_map(point).collect();
+    let gentle = CurveBatch::from_ragged(2, coords, (0..=200).map(|i| 5 * i).collect()).unwrap();
+    let fair = Fair { energy: bending(2.0) + 0.1 * length(), segments: Segments::PerSpan(16), ..Fair::default() };
+    fair.fit(&gentle, &device).unwrap();
+    let traffic = device.as_gpu().expect("it is one").take_traffic();
+    println!("{traffic:?}");
+    assert!(traffic.submissions <= 2 && traffic.dispatches <= 2, "{traffic:?}");
+}

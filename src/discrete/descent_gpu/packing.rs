@@ -6,7 +6,7 @@ use bytemuck::{Pod, Zeroable};
 use super::{DescentState, Job, TERMINATIONS, reach, side};
 use crate::discrete::lane::TerminationStatus;
 use crate::discrete::problem::{Outcome, Problem};
-use crate::gpu::Downloaded;
+use crate::gpu::{Buffer, Downloaded, Recording};
 use crate::linalg::block_ring::scratch_numbers;
 use crate::parallel;
 
@@ -144,27 +144,28 @@ impl<const D: usize> Job<'_, D> {
         NUMBERS + self.composition.width()
     }
 
-    /// The numbers that the host writes, and the rows that do not change.
-    pub(super) fn pack(&self, curves: &[usize], layout: &Layout) -> (Vec<f64>, Vec<f64>) {
-        let numbers = self.numbers();
-        // Numbers that the kernel must write first are NaN, so that a premature read shows.
-        let mut given = vec![f64::NAN; curves.len() * numbers];
-        let ends: Vec<usize> = (0..=curves.len()).map(|slot| slot * numbers).collect();
-        parallel::parts(&mut given, &ends, |slot, given| self.give(self.run.problems[curves[slot]], given));
+    /// Uploads the numbers that the host writes.
+    pub(super) fn upload_given(&self, recording: &mut Recording<'_>, curves: &[usize]) -> Buffer {
+        let ends: Vec<usize> = (0..=curves.len()).map(|slot| slot * self.numbers()).collect();
+        recording.upload_parts(&ends, |slot, given| self.give(self.run.problems[curves[slot]], given))
+    }
+
+    /// Uploads the rows that do not change.
+    pub(super) fn upload_fixed(&self, recording: &mut Recording<'_>, curves: &[usize], layout: &Layout) -> Buffer {
         let side = side(self.lanes);
-        let mut fixed = vec![0.0; layout.fixed];
         // A group begins with its first curve.
         let starts = layout.table.iter().step_by(side).map(|table| table.fixed_start as usize);
         let ends: Vec<usize> = starts.chain([layout.fixed]).collect();
-        parallel::parts(&mut fixed, &ends, |group, fixed| {
+        recording.upload_parts(&ends, |group, fixed| {
             for (place, &i) in curves.chunks(side).nth(group).expect("a group of the layout").iter().enumerate() {
                 self.fix(self.run.problems[i], place, fixed);
             }
-        });
-        (given, fixed)
+        })
     }
 
     fn give(&self, problem: &Problem<D>, given: &mut [f64]) {
+        // Numbers that the kernel must write first are NaN, so that a premature read shows.
+        given.fill(f64::NAN);
         given[..GIVEN].copy_from_slice(&[problem.highest, problem.tolerance, problem.longest]);
         let weights = self.composition.entries(&problem.weights, problem.regularisation);
         given[NUMBERS..].iter_mut().zip(weights).for_each(|(to, x)| *to = x);
@@ -228,29 +229,29 @@ impl<const D: usize> Job<'_, D> {
         curves: &[usize],
         layout: &Layout,
         results: &[Downloaded],
-        outcomes: &mut [Outcome<D>],
+        outcomes: &mut [Option<Outcome<D>>],
     ) -> Vec<bool> {
         let states = results[0].as_slice::<DescentState>();
-        let (lanes, displacements) = (results[1].reals(), results[2].reals());
+        let (lanes, displacements) = (results[1].numbers(), results[2].numbers());
         let found = parallel::map(curves.len(), UNPACKED_TOGETHER, |slot| {
             let (state, table) = (&states[slot], &layout.table[slot]);
-            let lane = &lanes[slot * self.numbers()..];
+            let lane = |number: usize| lanes.at(slot * self.numbers() + number);
             let word = |row: usize, c: usize| table.displacement_start as usize + (row * D + c) * side(self.lanes);
-            let row = |row: usize| std::array::from_fn(|c| displacements[word(row, c)]);
+            let row = |row: usize| std::array::from_fn(|c| displacements.at(word(row, c)));
             Outcome {
                 displacements: (0..self.run.problems[curves[slot]].vertices()).map(row).collect(),
                 termination: TERMINATIONS
                     .into_iter()
                     .find(|own| *own as u32 == state.termination)
                     .unwrap_or(TerminationStatus::Broken),
-                energy: lane[REPORTED],
-                norm: lane[NORM2].sqrt(),
+                energy: lane(REPORTED),
+                norm: lane(NORM2).sqrt(),
                 iterations: state.iterations,
                 evaluations: state.evaluations,
                 on_cpu: false,
             }
         });
-        curves.iter().zip(found).for_each(|(&i, outcome)| outcomes[i] = outcome);
+        curves.iter().zip(found).for_each(|(&i, outcome)| outcomes[i] = Some(outcome));
         (0..curves.len()).map(|slot| states[slot].termination == LEFT).collect()
     }
 }
