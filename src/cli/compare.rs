@@ -166,16 +166,13 @@ impl CompareArgs {
                 rate(*seconds)
             ))?;
         }
-        if let Some(outcome) = outcomes.first().filter(|outcome| outcome.not_fitted > 0) {
-            show(format_args!(
-                "\nnot fitted by either side, and in no statistic: {}",
-                count(outcome.not_fitted, "curve")
-            ))?;
+        if let Some(outcome) = outcomes.first().filter(|outcome| outcome.unusable > 0) {
+            show(format_args!("\nusable on neither side, and in no statistic: {}", count(outcome.unusable, "curve")))?;
         }
         self.print_iterated(batch, outcomes)
     }
 
-    /// The report. A difference is null where neither side fitted the curve.
+    /// The report. A difference is null where the curve is usable on neither side.
     fn report(
         &self,
         batch: &CurveBatch,

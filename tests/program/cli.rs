@@ -474,12 +474,12 @@ fn compare_measures_every_curve_and_passes_where_the_bounds_hold() {
     run(&folder, "compare in.csv --device cpu --report differences.json")
         .code(0)
         .stdout(contains("CPU f64").and(contains("pass")).and(contains("curves/s")))
-        .stdout(contains("not fitted by either side, and in no statistic: 1 curve"));
+        .stdout(contains("usable on neither side, and in no statistic: 1 curve"));
     let report = json(&folder, "differences.json");
     let outcome = &report["comparisons"][0];
     // The CPU against itself: the same bits.
     assert_eq!((outcome["bound"].as_f64(), outcome["worst"].as_f64()), (Some(1e-12), Some(0.0)));
-    assert_eq!((outcome["not_fitted"].as_u64(), outcome["pass"].as_bool()), (Some(1), Some(true)));
+    assert_eq!((outcome["unusable"].as_u64(), outcome["pass"].as_bool()), (Some(1), Some(true)));
     let curves = report["curves"].as_array().unwrap();
     let differences: Vec<_> = curves.iter().map(|curve| curve["differences"]["f64"].as_f64()).collect();
     assert_eq!(differences, [Some(0.0), None, Some(0.0)]);

@@ -91,9 +91,9 @@ pub struct Outcome {
     pub median: f64,
     pub percentile_99: f64,
     pub seconds: f64,
-    /// Curves that neither side could fit: they come out as their input, bit for bit, and are in no
-    /// statistic.
-    pub not_fitted: usize,
+    /// Curves that are usable on neither side, and in no statistic. Both come out as their input,
+    /// bit for bit, or as the best that a search without a minimum has reached.
+    pub unusable: usize,
     #[serde(skip)]
     pub differences: Vec<Option<f64>>,
 }
@@ -122,7 +122,7 @@ pub fn judge(batch: &CurveBatch, reference: &Timed, run: &Timed, precision: Prec
         median: quantile(0.5),
         percentile_99: quantile(0.99),
         seconds: run.seconds,
-        not_fitted: differences.iter().filter(|d| d.is_none()).count(),
+        unusable: differences.iter().filter(|d| d.is_none()).count(),
         differences,
     }
 }
@@ -140,15 +140,19 @@ fn energy_difference(reference: &Timed, run: &Timed) -> f64 {
 }
 
 /// Largest distance between samples of curve `i`, in units of the diagonal of its points' box.
-/// `None` where neither side fitted the curve and both say the same; infinite where they disagree
-/// about status, number or finiteness.
+/// `None` where the curve is usable on neither side; infinite where they disagree about status,
+/// number or finiteness.
 fn difference(batch: &CurveBatch, i: usize, reference: &Timed, run: &Timed) -> Option<f64> {
     let (status, other) = (reference.fit.reports()[i].status, run.fit.reports()[i].status);
     let (a, b) = (reference.samples.points(i), run.samples.points(i));
+    let is_fitted = reference.fit.curve(i).is_fitted();
+    if is_fitted && run.fit.curve(i).is_fitted() && !status.is_usable() && !other.is_usable() {
+        return None;
+    }
     if status != other || a.len() != b.len() {
         return Some(f64::INFINITY);
     }
-    if !reference.fit.curve(i).is_fitted() {
+    if !is_fitted {
         let same = a.iter().zip(b).all(|(a, b)| a.to_bits() == b.to_bits());
         return if same { None } else { Some(f64::INFINITY) };
     }
@@ -168,6 +172,7 @@ fn difference(batch: &CurveBatch, i: usize, reference: &Timed, run: &Timed) -> O
 #[cfg(test)]
 mod tests {
     use faircurve::Sampling;
+    use faircurve::discrete::Fair;
     use faircurve::spline::Natural;
 
     use super::*;
@@ -202,6 +207,20 @@ mod tests {
         assert!(!outcome.pass && outcome.worst == f64::INFINITY, "{outcome:?}");
         assert_eq!(outcome.worst_curve.as_deref(), Some("1"));
         // Where both sides say the same there is nothing to compare.
-        assert_eq!(judge(&batch, &broken, &broken, Precision::F32, Bounds::of_splines(Precision::F32)).not_fitted, 1);
+        assert_eq!(judge(&batch, &broken, &broken, Precision::F32, Bounds::of_splines(Precision::F32)).unusable, 1);
+    }
+
+    #[test]
+    fn curves_on_their_way_on_both_sides_are_in_no_statistic() {
+        let batch = CurveBatch::from_slices(&[&[[0.0, 0.0], [1.0, 3.0], [1.5, -2.0], [4.0, 0.0]][..]]).unwrap();
+        let run = |max_iterations: u32| {
+            let fair = Fair { max_iterations, ..Fair::default() };
+            fit(&batch, &Device::cpu(), |b, d| fair.fit_sampled(b, Sampling::PerSpan(4), d)).unwrap()
+        };
+        let [first, second, done] = [1, 2, 500].map(run);
+        let judged = |a: &Timed, b: &Timed| judge(&batch, a, b, Precision::F64, Bounds::of_splines(Precision::F64));
+        assert_ne!(first.samples.coords(), second.samples.coords());
+        assert_eq!((judged(&first, &second).unusable, judged(&first, &second).pass), (1, true));
+        assert_eq!(judged(&first, &done).worst, f64::INFINITY);
     }
 }
