@@ -6,19 +6,30 @@ use super::queue::{CurveFit, Goal};
 use super::setup::PreparedCurve;
 use super::{continuation, fallback};
 
+/// The largest gradient norm with which a curve in f32 counts as converged.
+///
+/// Of 2,000 rough random walks none needs more than 2e-4. A border of uneven spans that rounds at
+/// 3e-2 was called converged with an energy 0.2 % too high.
+const COARSEST_IN_F32: f64 = 1e-3;
+
 /// Descends to a nearby minimum.
 ///
 /// f32 may leave a curve short of its minimum. If the precision is chosen automatically, the CPU
 /// finishes such curves in f64, and also curves whose edges are too fine for f32. Newton's method
-/// then takes one or two iterations.
+/// then takes one or two iterations. Curves that f32 cannot resolve are the CPU's from the start.
 pub(super) async fn minimise<const D: usize>(
     curve: &CurveFit<'_, D>,
     mut ready: PreparedCurve<D>,
     goal: Goal,
 ) -> (PreparedCurve<D>, Outcome<D>) {
-    let (tolerance, in_f32) = (ready.problem.tolerance, curve.is_in_f32(goal));
+    let tolerance = ready.problem.tolerance;
+    let rounding = if curve.is_in_f32(goal) { ready.problem.rounding_in_f32(curve.energy(goal)) } else { 0.0 };
+    let on_cpu = curve.repeated();
+    let is_resolved = rounding <= COARSEST_IN_F32 || !curve.queue.may_finish_on_cpu();
+    let curve = if is_resolved { curve } else { &on_cpu };
+    let in_f32 = curve.is_in_f32(goal);
     if in_f32 {
-        ready.problem.tolerance = tolerance.max(ready.problem.rounding_in_f32(curve.energy(goal)));
+        ready.problem.tolerance = tolerance.max(rounding.min(COARSEST_IN_F32));
     }
     let mut outcome;
     (ready.problem, outcome) = match goal {

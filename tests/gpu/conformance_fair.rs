@@ -13,7 +13,7 @@ use faircurve::{Constraints, CurveBatch, CurveStatus, Device, Precision, Samplin
 use rand::RngExt;
 use rand::rngs::StdRng;
 
-use crate::common::{device, precisions, seeded};
+use crate::common::{batches, device, precisions, seeded};
 use crate::rough::Family;
 
 const SEGMENTS: usize = 16;
@@ -525,4 +525,24 @@ fn curves_with_limits_are_those_of_the_cpu() {
             assert!(farthest <= near && 2 * alike >= batch.len(), "{alike} curves, {farthest:e}");
         }
     }
+}
+
+/// A tolerance of the rounding of f32 is no licence: a coast of uneven spans was called converged at
+/// a gradient of 3e-2.
+#[test]
+fn borders_that_converge_in_f32_have_the_energy_of_f64() {
+    let Some(device) = device() else { return };
+    let batch = batches::countries();
+    let on_gpu = device.clone().with_precision(Precision::F32);
+    let [exact, found] = [Device::cpu(), on_gpu].map(|on| Fair::default().fit(&batch, &on).unwrap());
+    let (mut alike, mut worst) = (0, 0.0f64);
+    for (a, b) in exact.reports().iter().zip(found.reports()) {
+        if [a, b].iter().all(|report| report.status == CurveStatus::Converged) {
+            assert!(b.gradient_norm <= 1e-3, "{b:?}");
+            alike += 1;
+            worst = worst.max((a.energy - b.energy).abs() / a.energy);
+        }
+    }
+    println!("{alike} of {} converge in both, energies {worst:.1e} apart at most", batch.len());
+    assert!(100 * alike >= 95 * exact.usable() && worst <= 1e-5, "{alike}, {worst:e}");
 }
