@@ -4,17 +4,10 @@
 // The first workgroup of every family, ascending.
 @group(0) @binding(2) var<storage, read> starts: array<u32>;
 
+//:include search.wgsl NAME=last_family AT=starts[middle]
+
 // The family that a thread works for, and the number of its task there.
 fn family_task_of(workgroup: u32, thread: u32) -> vec2<u32> {
-    var low = 0u;
-    var high = params.families;
-    while (high - low > 1u) {
-        let middle = (low + high) / 2u;
-        if (starts[middle] <= workgroup) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    return vec2<u32>(low, (workgroup - starts[low]) * $GROUPu + thread);
+    let family = last_family(0u, params.families, workgroup);
+    return vec2<u32>(family, (workgroup - starts[family]) * $GROUPu + thread);
 }

@@ -48,22 +48,15 @@ fn evaluate(sample: u32, knot: u32, u: real) {
     evaluate(task, task / params.each, real(j) / real(params.each));
 }
 
+//:include search.wgsl NAME=last_knot AT=site_knots[middle]
+
 // Every curve at equal steps of its parameter.
 //:include entry.wgsl ENTRY=evenly TASKS=params.count
     let j = task % params.each;
     let curve = task / params.each;
-    var low = curves[curve];
-    var high = curves[curve + 1u] - 1u;
-    while (high - low > 1u) {
-        let middle = (low + high) / 2u;
-        if (site_knots[middle] <= j) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    let u = site_fractions[2u * low] + real(j - site_knots[low]) * site_fractions[2u * low + 1u];
-    evaluate(task, low, min(u, real(1)));
+    let knot = last_knot(curves[curve], curves[curve + 1u] - 1u, j);
+    let u = site_fractions[2u * knot] + real(j - site_knots[knot]) * site_fractions[2u * knot + 1u];
+    evaluate(task, knot, min(u, real(1)));
 }
 
 // Any samples, each at a site of its own.

@@ -20,19 +20,11 @@ struct UniformCurve {
 @group(0) @binding(1) var<storage, read> curves: array<UniformCurve>;
 @group(0) @binding(2) var<storage, read> points: array<real>;
 
+//:include search.wgsl NAME=last_curve AT=curves[middle].start
+
 // The last curve that starts at or before a point.
 fn curve_of(point: u32) -> u32 {
-    var low = 0u;
-    var high = params.curves;
-    while (high - low > 1u) {
-        let middle = (low + high) / 2u;
-        if (curves[middle].start <= point) {
-            low = middle;
-        } else {
-            high = middle;
-        }
-    }
-    return low;
+    return last_curve(0u, params.curves, point);
 }
 
 fn next_of(curve: UniformCurve, i: u32) -> u32 {

@@ -158,6 +158,13 @@ mod tests {
     }
 
     #[test]
+    #[cfg(feature = "gpu")]
+    fn chunks_of_large_discrete_cards_are_a_gibibyte() {
+        let mebibytes = |is_discrete, buffer: u64| super::chunk_bytes(is_discrete, buffer << 30) >> 20;
+        assert_eq!([mebibytes(true, 4), mebibytes(true, 2), mebibytes(false, 4)], [1024, 256, 256]);
+    }
+
+    #[test]
     fn a_curve_that_never_fits_is_refused_with_sizes_and_remedy() {
         let error = chunks([3, 101], 10, 25, &LIMITS).unwrap_err().to_string();
         assert_eq!(

@@ -75,6 +75,10 @@ pub(crate) fn fit(
         },
     );
     fitted.lost = kept(done)?;
+    if let Some(lost) = &fitted.lost {
+        // Kept pages hold another fit's numbers where nothing was written.
+        fitted.second[knots.offsets[lost.finished] * d..].fill(0.0);
+    }
     Ok(fitted)
 }
 
@@ -163,11 +167,10 @@ impl SplineRun<'_> {
         let (knots, d) = (self.knots, self.knots.dimension);
         let [spans, edges] = self.pack(&mut recording, curves);
         let ends = coordinates(&knots.offsets[curves.start..=curves.end], d);
-        let normalised = recording.upload_parts(&ends, |k, to| {
+        let second = recording.upload_parts(&ends, |k, to| {
             let scale = self.frames[curves.start + k].second_derivative_unit();
             to.iter_mut().zip(&second[ends[k]..]).for_each(|(to, m)| *to = m / scale);
         });
-        let second = normalised;
         self.record_samples(&mut recording, curves, [&spans, &edges, &second])?;
         Ok(recording)
     }

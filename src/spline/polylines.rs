@@ -37,16 +37,16 @@ impl CubicSplines {
         let Some(offsets) = self.offsets(sampling) else {
             return self.at_sites(sampling, &self.sites_of_curves(sampling), None);
         };
-        let of_taken = match sampling {
-            Sampling::Count(n) => gpu::offsets_of(&self.knots, |_| n),
-            Sampling::PerSpan(n) => gpu::sample_offsets(&self.knots, &Samples::PerSpan(n)),
+        let taken = taken.map(|taken| match sampling {
+            Sampling::Count(n) => (taken, gpu::offsets_of(&self.knots, |_| n)),
+            Sampling::PerSpan(n) => (taken, gpu::sample_offsets(&self.knots, &Samples::PerSpan(n))),
             _ => unreachable!("samples at equal arc lengths have no offsets before they are taken"),
-        };
+        });
         let room = || Numbers::room(offsets[self.len()] * self.knots.dimension);
         let (mut coords, taken) = match taken {
             None => (room(), Taken::None),
-            Some(taken) if of_taken == offsets => (taken, Taken::Here),
-            Some(taken) => (room(), Taken::There(taken, of_taken)),
+            Some((taken, starts)) if starts == offsets => (taken, Taken::Here),
+            Some((taken, starts)) => (room(), Taken::There(taken, starts)),
         };
         self.write(sampling, &offsets, &taken, &mut coords);
         let of = SampleParameters {

@@ -4,12 +4,12 @@
 use faircurve::bezier::Complete;
 use faircurve::discrete::{Fair, Segments, bending, length};
 use faircurve::gpu::plan::Limits;
-use faircurve::gpu::{Gpu, Interrupted, Pending, once, pipeline};
+use faircurve::gpu::{AdapterSummary, Gpu, Interrupted, Pending, once, pipeline};
 use faircurve::laplacian::{Rule, Subdivide};
 use faircurve::linalg::ring::{RingKernel, solve_on_gpu};
 use faircurve::linalg::{Cyclic, Matrix, TridiagonalBatch};
 use faircurve::spline::{Natural, Smoothing, SmoothingTarget, uniform};
-use faircurve::{CurveBatch, CurveReport, CurveStatus, Device, Error, Grids, Precision, Sampling};
+use faircurve::{Choice, Costs, CurveBatch, CurveReport, CurveStatus, Device, Error, Grids, Precision, Sampling, Work};
 
 use crate::common::batches::walks;
 use crate::common::conform::{Outcome, Unit, conform};
@@ -338,4 +338,18 @@ fn gentle_fair_curves_take_two_submissions_at_most() {
     let traffic = device.as_gpu().expect("it is one").take_traffic();
     println!("{traffic:?}");
     assert!(traffic.submissions <= 2 && traffic.dispatches <= 2, "{traffic:?}");
+}
+
+#[test]
+fn auto_is_f64_for_splines_where_f64_was_measured_fast() {
+    let Some(gpu) = gpu() else { return };
+    if !gpu.summary().has_f64 {
+        return;
+    }
+    for (f64_rate, wanted) in [(0.03, Precision::F32), (0.5, Precision::F64)] {
+        let costs = |adapter: &AdapterSummary| Costs { f64_rate, ..Costs::estimated(adapter) };
+        let device = Device::choose_by(Choice::Gpu(0), &Work::ENDLESS, &costs).unwrap();
+        let fit = Natural::default().fit(&batch(), &device).unwrap();
+        assert_eq!(fit.device().precision, wanted, "{f64_rate}");
+    }
 }
