@@ -31,7 +31,7 @@ struct DescentCurve {
     fixed_start: u32,
     displacement_start: u32,
     work_start: u32,
-    // Rows per section: those of the longest curve of the group.
+    // Rows per section: as many as the longest curve of the group has.
     stride: u32,
     segments: u32,
     closed: u32,
@@ -50,7 +50,7 @@ struct DescentState {
 // No twin: stands for infinity where nothing bounds a number yet.
 const UNBOUNDED: real = real(1e38);
 
-// Numbers of a curve in `lanes`: those from the host, then those of the descent, then the energy's
+// Numbers of a curve in `lanes`: first from the host, then of the descent, then the energy's
 // weights.
 // Twin: descent_gpu/packing.rs
 const GIVEN: u32 = 3u;

@@ -124,7 +124,7 @@ fn frame_at(surface: Surface, y: vector) -> Frame {
 }
 
 // The displacement from a position to the surface along ∇F: the root of ½ a t² + s t + F = 0, or
-// NaN if there is none.
+// NaN if it is missing.
 fn way_back(surface: Surface, y: vector) -> vector {
     let product = surface.matrix * y;
     let gradient = product + surface.linear;

@@ -1,6 +1,6 @@
 //! [`Area`]: the multiplier that keeps the area enclosed by one planar curve.
 //!
-//! The method of multipliers finds the least energy whose area equals that of the data polygon. The
+//! The method of multipliers finds the least energy among curves with the data polygon's area. The
 //! next multiplier of the [term](super::enclosed) is y + ρ(A − A*).
 
 use super::enclosed::{Enclosed, Enclosing, area_of};

@@ -89,7 +89,7 @@ pub(crate) struct Dots {
     /// The dot at the start of every input span; `None` between repeated points.
     pub spans: Vec<Option<usize>>,
     pub chords: Chords,
-    /// The given directions; NaN if there is none.
+    /// The given directions; NaN if missing.
     pub fixed: Vec<f64>,
     /// The index of every segment's exponent.
     pub curves: Vec<u16>,

@@ -340,7 +340,7 @@ impl TensionSegment {
         turning.any(|left| Some(left) != first)
     }
 
-    /// The length of the exactly straight piece; 0 if there is none. For ν ≤ 2 only a straight
+    /// The length of the exactly straight piece; 0 without one. For ν ≤ 2 only a straight
     /// segment has one.
     pub fn flat_length(&self) -> f64 {
         self.chord * self.shape.flat

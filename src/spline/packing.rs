@@ -15,7 +15,7 @@ use crate::parallel;
 /// Frames that a thread makes together.
 const FRAMES_TOGETHER: usize = 256;
 
-/// Flags of `natural.wgsl`, besides those of all systems.
+/// Flags of `natural.wgsl`. All systems share the lower ones.
 const FLAG_CLAMPED_START: u32 = 4;
 const FLAG_CLAMPED_END: u32 = 8;
 

@@ -64,8 +64,8 @@ impl EvenSites {
     }
 }
 
-/// Samples that a GPU took, by knots. The CPU takes those that are not finite, and those of curves
-/// that it has changed.
+/// Samples that a GPU took, by knots. The CPU replaces samples that are not finite, and all samples of
+/// curves that it has changed.
 pub(super) enum Taken {
     None,
     /// Where the samples of the batch are to be.

@@ -55,8 +55,8 @@ fn is_end(system: System, i: u32) -> bool {
     return (system.flags & FLAG_CYCLIC) == 0u && (i == 0u || i + 1u == system.rows);
 }
 
-// Stores the kept unknown of row i, and that of row 0 again where the flags say so. Sources without
-// such systems have a `store_kept` of their own: flags that are read last take a register up to there.
+// Stores the kept unknown of row i. FLAG_REPEATED stores the unknown of row 0 a second time, after the
+// last. Sources without repeated rows define `store_kept` without flags, which spares a register.
 fn store_repeated(system: System, i: u32, x: columns) {
     store_at(system.start + i, x);
     if (i == 0u && (system.flags & FLAG_REPEATED) != 0u) {

@@ -45,7 +45,7 @@ struct Pull {
     hold: real,
     // t above the tension, else 0.
     lift: real,
-    // The angle of an inflection from the pull; 0 if there is none.
+    // The angle of an inflection from the pull; 0 without an inflection.
     opening: real,
     // The distance of the zeros of f from the real axis.
     height: real,

@@ -101,7 +101,7 @@ impl TensionSpan {
         self.segment_by(law, angles, None)
     }
 
-    /// The segment of the same kind as a known one and near it. If there is none, as
+    /// The segment of the same kind as a known one and near it. If none exists, as
     /// [`segment`](Self::segment).
     pub fn segment_near(&self, law: &TensionLaw, angles: [f64; 2], known: &Near) -> Option<TensionSegment> {
         let near = known.shape.and_then(|shape| self.segment_by(law, angles, Some(&shape)));

@@ -152,7 +152,7 @@ impl Law {
         }
     }
 
-    /// The angle of an inflection from the pull; 0 if there is none.
+    /// The angle of an inflection from the pull; 0 without an inflection.
     pub(super) fn opening(&self, pull: Pull) -> f64 {
         if let Pull::Above(t) = pull { t.atan2(self.tension) } else { 0.0 }
     }
