@@ -14,6 +14,7 @@ pub fn kernels() -> Vec<KernelKey> {
         keys.extend([2, 3].map(|dimension| spline::smoothing_kernel(precision, dimension)));
         keys.extend(discrete::evaluate_kernels(precision));
         keys.extend(discrete::descent_kernels(precision));
+        keys.extend(discrete::resident_kernels(precision));
         keys.extend(scf::scf_kernels(precision));
         keys.extend(bezier::bezier_kernels(precision));
         keys.extend(laplacian::laplacian_kernels(precision));

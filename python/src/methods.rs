@@ -12,10 +12,6 @@ use crate::fit::Fit;
 use crate::running::{self, Place};
 use crate::surfaces::Surface;
 
-/// How many times as long as a natural spline each point takes, roughly (benches/RESULTS.md).
-const COST_OF_SMOOTHING: f64 = 10.0;
-const COST_OF_FAIR: f64 = 50.0;
-
 /// The value of a word.
 fn word<T: Copy>(what: &str, given: &str, words: &[(&str, T)]) -> PyResult<T> {
     words.iter().find(|(word, _)| *word == given).map(|(_, value)| *value).ok_or_else(|| {
@@ -36,12 +32,11 @@ fn fitted(
     py: Python<'_>,
     batch: &Bound<'_, Batch>,
     place: Place,
-    cost: f64,
+    work: impl FnOnce(usize) -> Work,
     fit: impl FnOnce(&CurveBatch, &Device) -> faircurve::Result<faircurve::Fit> + Send,
 ) -> PyResult<Fit> {
     let curves = &batch.get().batch;
-    let size = Work { points: curves.total_points(), cost };
-    let fit = running::run(py, &place, size, |device| fit(curves, device))?;
+    let fit = running::run(py, &place, work(curves.total_points()), |device| fit(curves, device))?;
     Ok(Fit { fit, batch: batch.clone().unbind() })
 }
 
@@ -60,7 +55,13 @@ pub fn natural(
         parametrisation: self::parametrisation(parametrisation)?,
         shape: preserve_shape,
     };
-    fitted(py, batch, Place::new(device, precision)?, 1.0, |batch, device| method.fit(batch, device))
+    fitted(
+        py,
+        batch,
+        Place::new(device, precision)?,
+        |points| method.work(points),
+        |batch, device| method.fit(batch, device),
+    )
 }
 
 /// Natural splines in a surface, or with λ smoothing ones.
@@ -86,7 +87,13 @@ pub fn in_surface(
         parametrisation: self::parametrisation(parametrisation)?,
         ..SurfaceSpline::new(surface.get().shared())
     };
-    fitted(py, batch, Place::new(device, precision)?, COST_OF_SMOOTHING, |batch, device| method.fit(batch, device))
+    fitted(
+        py,
+        batch,
+        Place::new(device, precision)?,
+        |points| method.work(points),
+        |batch, device| method.fit(batch, device),
+    )
 }
 
 #[pyfunction]
@@ -108,7 +115,13 @@ pub fn smoothing(
         _ => SmoothingTarget::Tube(distance()?),
     };
     let method = Smoothing { target, pin_ends, parametrisation: self::parametrisation(parametrisation)? };
-    fitted(py, batch, Place::new(device, precision)?, COST_OF_SMOOTHING, |batch, device| method.fit(batch, device))
+    fitted(
+        py,
+        batch,
+        Place::new(device, precision)?,
+        |points| method.work(points),
+        |batch, device| method.fit(batch, device),
+    )
 }
 
 /// The exponent or the formula of an energy.
@@ -264,7 +277,13 @@ pub fn fair(
         starts,
         seed,
     };
-    fitted(py, batch, Place::new(device, precision)?, COST_OF_FAIR, |batch, device| method.fit(batch, device))
+    fitted(
+        py,
+        batch,
+        Place::new(device, precision)?,
+        |points| method.work(points),
+        |batch, device| method.fit(batch, device),
+    )
 }
 
 #[pyfunction]
@@ -286,5 +305,11 @@ pub fn smooth(
     let words = [("circle", Start::Circle), ("bisector", Start::Bisector), ("neighbours", Start::Neighbours)];
     let start = word("start", start, &words)?;
     let method = Smooth { exponent, tension, shape: preserve_shape, start, starts, seed, tolerance, max_iterations };
-    fitted(py, batch, Place::new(device, precision)?, COST_OF_SMOOTHING, |batch, device| method.fit(batch, device))
+    fitted(
+        py,
+        batch,
+        Place::new(device, precision)?,
+        |points| method.work(points),
+        |batch, device| method.fit(batch, device),
+    )
 }

@@ -27,7 +27,7 @@ pub fn segments<'py>(
         .zip(angles)
         .map(|((&chord, &exponent), &angles)| Query { chord, angles, exponent })
         .collect();
-    let size = Work { points: queries.len(), cost: COST };
+    let size = Work { points: queries.len(), cost: COST, on_host: 0.0 };
     let place = Place::new(device, precision)?;
     let costs = running::run(py, &place, size, |device| evaluate_segments(&queries, device))?;
     let numbers = costs.into_iter().flat_map(|cost| match cost {

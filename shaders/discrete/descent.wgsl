@@ -53,12 +53,19 @@ const UNBOUNDED: real = real(1e38);
 // Numbers of a curve in `lanes`: first from the host, then of the descent, then the energy's
 // weights.
 // Twin: descent_gpu/packing.rs
-const GIVEN: u32 = 3u;
-const NUMBERS: u32 = 13u;
+const GIVEN: u32 = 4u;
+const NUMBERS: u32 = 14u;
 // No twin: the host gives them in this order.
 const GIVEN_HIGHEST: u32 = 0u;
 const GIVEN_TOLERANCE: u32 = 1u;
 const GIVEN_LONGEST: u32 = 2u;
+//:if F64
+//:else
+const GIVEN_ROUNDING: u32 = 3u;
+
+// Twin: minimise.rs
+const COARSEST_IN_F32: real = real(1e-3);
+//:end
 
 @group(0) @binding(0) var<uniform> params: DescentParams;
 @group(0) @binding(1) var<storage, read> tasks: array<DescentTask>;
@@ -182,6 +189,13 @@ fn verdict_on(lane: ptr<function, Lane>, curve: Curve, swept: Swept) -> u32 {
 //:if SOBOLEV
         (*lane).stride = real(1);
         (*lane).mean = energy;
+//:end
+//:if F64
+//:else
+        // Of a curve whose base the host has not evaluated.
+        let given = curve.slot * params.numbers;
+        let rounding = min(lanes[given + GIVEN_ROUNDING] * sqrt(swept.energy), COARSEST_IN_F32);
+        lanes[given + GIVEN_TOLERANCE] = max(lanes[given + GIVEN_TOLERANCE], rounding);
 //:end
         if (is_out_of_range(energy)) {
             (*lane).termination = TERMINATION_STATUS_BROKEN;

@@ -8,7 +8,7 @@ use faircurve::ground::check_samples;
 use faircurve::io::{self, Flatness, Format, ReadOptions, WriteOptions};
 use faircurve::picture::Picture;
 use faircurve::topology::Topology;
-use faircurve::{CurveBatch, Device, Error, Fit, Result, Sampling, Work};
+use faircurve::{CurveBatch, Device, Error, Fit, Result, Sampling};
 
 use super::curves::{BEZIER_TOLERANCE, CurveArgs, Made, ROUNDING, Shape, size};
 use super::map::{self, MapArgs};
@@ -85,7 +85,7 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     let volume = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "point"));
     let topology = args.map.topology(&batch, args.tracks.given().as_deref(), args.method.keeps_area())?;
     let fitted = topology.as_ref().map_or(&batch, |topology| topology.strokes());
-    let work = Work { points: points(fitted, sampling), cost: args.method.cost() };
+    let work = method.work(points(fitted, sampling));
     let device = run.device(&work, volume, Some(fitted.len()))?;
     let (fit, curves, notes) = match (&topology, args.shape, &tracks) {
         (None, Shape::Polyline, Some(tracks)) => {

@@ -176,21 +176,15 @@ impl MethodArgs {
         })
     }
 
-    /// Its word on the command line, what captions call its curves, and how many times as long as a
-    /// natural spline each point takes on the CPU, roughly, by the tables of benches/RESULTS.md.
-    fn facts(&self) -> (&'static str, &'static str, f64) {
+    /// Its word on the command line, and what captions call its curves.
+    fn facts(&self) -> (&'static str, &'static str) {
         match self.name() {
-            MethodName::Natural => ("natural", "natural cubic splines", 1.0),
-            MethodName::Smoothing => ("smoothing", "smoothing splines", 10.0),
-            MethodName::Fair => ("fair", "fair curves", 50.0),
-            MethodName::Scf => ("scf", "smooth connection functions", 10.0),
-            MethodName::Geodesic => ("geodesic", "geodesics", 50.0),
+            MethodName::Natural => ("natural", "natural cubic splines"),
+            MethodName::Smoothing => ("smoothing", "smoothing splines"),
+            MethodName::Fair => ("fair", "fair curves"),
+            MethodName::Scf => ("scf", "smooth connection functions"),
+            MethodName::Geodesic => ("geodesic", "geodesics"),
         }
-    }
-
-    /// How many times as long as a natural spline each point takes.
-    pub fn cost(&self) -> f64 {
-        self.facts().2
     }
 
     /// The word of the command line.

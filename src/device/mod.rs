@@ -299,10 +299,10 @@ mod tests {
     fn auto_takes_hardware_where_it_pays_and_says_what_it_compared() {
         let costs = Costs { open: 0.25, cpu: 4e-9, transfer: 3e-9, kernels: 1e-10, f64_rate: 0.0, measured: true };
         let preferred = |kind, work: Work| preferred(&AdapterSummary::of_kind(kind), &work, &|_| costs);
-        let fair = Work { points: 10_000_000, cost: 50.0 };
+        let fair = Work { points: 10_000_000, cost: 50.0, on_host: 0.0 };
         let paying = preferred("discrete GPU", fair).unwrap();
         assert_eq!(paying, "auto: some 0.3 s against 2.0 s on the CPU, measured");
-        let small = preferred("discrete GPU", Work { points: 100_000, cost: 50.0 }).unwrap_err();
+        let small = preferred("discrete GPU", Work { points: 100_000, cost: 50.0, on_host: 0.0 }).unwrap_err();
         assert_eq!(small, "auto: on a card some 0.3 s against 0.0 s on the CPU, measured");
         assert!(preferred("software", Work::ENDLESS).unwrap_err().contains("is software"));
         assert_eq!(preferred("integrated GPU", Work::ENDLESS).unwrap(), "auto: a hardware GPU");

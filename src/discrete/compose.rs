@@ -170,6 +170,17 @@ impl Composition {
         Ok(composing)
     }
 
+    /// The entries of a curve that has been divided by its size, for this unit of energy. That of
+    /// the regularisation is NaN.
+    pub fn entries_at(&self, size: f64, unit: f64) -> impl Iterator<Item = f64> {
+        self.entries.iter().map(move |entry| match *entry {
+            Entry::Weight(weight, degree) => weight * size.powf(degree) / unit,
+            Entry::Attachment(..) => 1.0,
+            Entry::TorsionCurvature => TORSION_CURVATURE,
+            Entry::Regularisation | Entry::Surface => f64::NAN,
+        })
+    }
+
     /// The same for curves in surfaces, either quadrics or surfaces with a WGSL text. The numbers
     /// of the surface follow the weights.
     pub fn in_surfaces(mut self, text: Option<&str>) -> Self {
@@ -241,6 +252,11 @@ impl Composition {
     /// The number of entries per curve in the kernel's table of weights.
     pub fn width(&self) -> usize {
         self.entries.len()
+    }
+
+    /// The entry of the regularisation, if there is one.
+    pub fn regularisation(&self) -> Option<usize> {
+        self.entries.iter().position(|entry| matches!(entry, Entry::Regularisation))
     }
 
     /// The largest number of edges in a term.

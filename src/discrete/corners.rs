@@ -2,7 +2,7 @@
 //!
 //! The pieces are fitted as separate curves and then joined.
 
-use super::curves::{Fitted, Tangents, Vertices};
+use super::curves::{EvenVertices, Fitted, Tangents, Vertices};
 use crate::batch::{CurveBatch, Piece};
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::report::CurveReport;
@@ -61,6 +61,7 @@ impl Corners {
     /// A curve is unfitted if any of its pieces is.
     pub fn join(&self, batch: &CurveBatch, pieces: Fitted) -> Fitted {
         let (mut curves, mut reports) = (Vec::with_capacity(batch.len()), Vec::with_capacity(batch.len()));
+        let pieces = pieces.owned(&self.batch);
         let mut fitted = pieces.curves.into_iter().zip(pieces.reports);
         for of_curve in self.pieces.chunk_by(|a, b| a.curve == b.curve) {
             let i = of_curve[0].curve;
@@ -73,7 +74,7 @@ impl Corners {
             });
             curves.push(parts.map(|parts| joined_vertices(of_curve, parts, batch.is_closed(i), batch.dimension())));
         }
-        Fitted { curves, reports, device: pieces.device }
+        Fitted { curves, even: EvenVertices::default(), reports, device: pieces.device }
     }
 }
 

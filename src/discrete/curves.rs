@@ -24,7 +24,9 @@ use super::constrain::Constrained;
 use super::setup::PreparedCurve;
 
 /// One fitted curve: its vertices, and the indices of the vertices at data points.
-#[derive(Clone, Debug)]
+///
+/// Without coordinates it is a curve of [`EvenVertices`].
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Vertices {
     /// Flat coordinates.
     pub coords: Vec<f64>,
@@ -139,13 +141,56 @@ impl Vertices {
     }
 }
 
+/// The vertices of curves through all their points that have as many edges in every span, in flat
+/// arrays.
+#[derive(Default)]
+pub(crate) struct EvenVertices {
+    pub coords: Numbers,
+    /// The start of each curve's coordinates, and the end of the last. Empty without curves.
+    pub offsets: Vec<usize>,
+    /// Edges per span.
+    pub segments: usize,
+}
+
+impl EvenVertices {
+    /// The coordinates of curve `i`.
+    pub fn of(&self, i: usize) -> &[f64] {
+        &self.coords[self.offsets[i]..self.offsets[i + 1]]
+    }
+
+    fn row(&self, knot: usize) -> u32 {
+        (knot * self.segments) as u32
+    }
+}
+
 /// The curves of a batch in their order, with their reports.
 pub(crate) struct Fitted {
     /// The vertices of each curve. `None` if the result is its input.
     pub curves: Vec<Option<Vertices>>,
+    /// Those of curves without own coordinates.
+    pub even: EvenVertices,
     pub reports: Vec<CurveReport>,
     /// The device that did the work.
     pub device: DeviceReport,
+}
+
+impl Fitted {
+    /// The same with coordinates and rows for every curve. A curve of `batch` has a knot at every
+    /// point, and at its first one again if it is closed.
+    pub fn owned(mut self, batch: &CurveBatch) -> Self {
+        let even = std::mem::take(&mut self.even);
+        for (i, own) in self.curves.iter_mut().enumerate() {
+            if let Some(own) = own.as_mut().filter(|own| own.coords.is_empty()) {
+                own.coords = even.of(i).to_vec();
+                own.rows = (0..knots(batch, i)).map(|knot| even.row(knot)).collect();
+            }
+        }
+        self
+    }
+}
+
+fn knots(batch: &CurveBatch, i: usize) -> usize {
+    batch.count(i) + usize::from(batch.is_closed(i))
 }
 
 /// The curves of a batch.
@@ -524,20 +569,34 @@ impl Curve for FairCurve<'_> {
 
 impl FairCurves {
     /// The curves of a batch, from the vertices of the fitted ones.
-    pub fn new(batch: &CurveBatch, mut curves: Vec<Option<Vertices>>, problems: BTreeMap<usize, Unfitted>) -> Self {
-        let count = |i: usize| curves[i].as_ref().map_or(0, |own| own.coords.len());
-        let ends = |i: usize| batch.count(i) + usize::from(batch.is_closed(i));
-        let offsets = ragged::offsets((0..batch.len()).map(count));
-        let first_knots = ragged::offsets((0..batch.len()).map(ends));
-        let [numbers, all_knots] = [&offsets, &first_knots].map(|offsets| offsets[batch.len()]);
-        let (mut coords, mut knots, mut rows) = (Numbers::room(numbers), vec![0.0; all_knots], vec![0; all_knots]);
+    pub fn new(
+        batch: &CurveBatch,
+        mut curves: Vec<Option<Vertices>>,
+        even: EvenVertices,
+        problems: BTreeMap<usize, Unfitted>,
+    ) -> Self {
         let of_curve = |i: usize| curves[i].as_ref();
-        parallel::parts(&mut coords, &offsets, |i, coords| {
-            of_curve(i).into_iter().for_each(|own| coords.copy_from_slice(&own.coords));
+        let is_even = |own: &Vertices| own.coords.is_empty();
+        let of = |i: usize| match of_curve(i) {
+            None => &[],
+            Some(own) if is_even(own) => even.of(i),
+            Some(own) => &own.coords[..],
+        };
+        let offsets = ragged::offsets((0..batch.len()).map(|i| of(i).len()));
+        let first_knots = ragged::offsets((0..batch.len()).map(|i| knots(batch, i)));
+        let (mut knots, mut rows) = (vec![0.0; first_knots[batch.len()]], vec![0; first_knots[batch.len()]]);
+        parallel::parts(&mut rows, &first_knots, |i, rows| match of_curve(i) {
+            None => {}
+            Some(own) if is_even(own) => rows.iter_mut().enumerate().for_each(|(knot, row)| *row = even.row(knot)),
+            Some(own) => rows.copy_from_slice(&own.rows),
         });
-        parallel::parts(&mut rows, &first_knots, |i, rows| {
-            of_curve(i).into_iter().for_each(|own| rows.copy_from_slice(&own.rows));
-        });
+        let coords = if offsets == even.offsets && curves.iter().flatten().all(is_even) {
+            even.coords
+        } else {
+            let mut coords = Numbers::room(offsets[batch.len()]);
+            parallel::parts(&mut coords, &offsets, |i, coords| coords.copy_from_slice(of(i)));
+            coords
+        };
         parallel::parts(&mut knots, &first_knots, |i, knots| knots_of(batch, i, knots));
         let unfitted = (0..batch.len()).filter(|&i| curves[i].is_none());
         let inputs = sort::map(unfitted.map(|i| (i, Input::of(batch, i))));

@@ -13,7 +13,10 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 pub(crate) use forms::descent_kernels;
 use lanes::{fastest, open_lanes};
-use packing::Layout;
+#[cfg(all(test, feature = "gpu"))]
+pub(super) use packing::{DescentCurve, NUMBERS};
+pub(super) use packing::{Form, GIVEN, LEFT, Layout, Shape};
+pub(super) use turns::loop_turns;
 use turns::tasks;
 
 use super::compose::Composition;
@@ -82,6 +85,11 @@ const TERMINATIONS: [TerminationStatus; 6] = [
 
 /// The arrays of a chunk that are downloaded.
 const WANTED: [&str; 3] = ["states", "lanes", "displacements"];
+
+/// The termination status of a code. A code that no kernel writes is a broken curve.
+pub(super) fn termination(code: u32) -> TerminationStatus {
+    TERMINATIONS.into_iter().find(|own| *own as u32 == code).unwrap_or(TerminationStatus::Broken)
+}
 
 /// The number of curves interleaved in memory: one per thread of a workgroup, or a single one if
 /// several lanes share it.
@@ -170,7 +178,9 @@ impl<const D: usize> Run<'_, D> {
             let composition = self.composition(&order)?;
             let possible: Vec<usize> =
                 open.into_iter().filter(|&lanes| order.iter().all(|&i| takes(lanes, i))).collect();
-            let job = Job { run: self, lanes: self.choose(&possible, &order), composition, table };
+            let lanes = choose(self.gpu, &possible, reach(self.plan), order.iter().map(|&i| problems[i].vertices()));
+            let form = Form { plan: self.plan, energy: self.energy, composition, dimension: D, lanes };
+            let job = Job { run: self, form, table };
             kept(job.descend(&order, &mut outcomes, progress, (&mut host, ended)))?;
         }
         let own: Vec<&Problem<D>> = host.iter().map(|&i| problems[i]).collect();
@@ -186,29 +196,10 @@ impl<const D: usize> Run<'_, D> {
     ///
     /// `edges` is the largest number of edges that a term depends on.
     fn open_lanes(&self, edges: usize) -> Vec<usize> {
-        let order = reach(self.plan);
-        // A term of weight 0 may couple more vertices than the inner product.
-        if edges != order {
-            return vec![];
+        match self.lanes {
+            Some(lanes) if edges == reach(self.plan) => vec![lanes],
+            _ => lanes_of::<D>(self.gpu, self.plan, self.energy, edges),
         }
-        // Penalties need as many registers as spatial curves: hardware has them only if lanes share
-        // a curve.
-        let dimension = if self.energy.has_limits() { 3 } else { D };
-        match self.lanes.or(self.gpu.lanes()) {
-            Some(lanes) => vec![lanes],
-            None => open_lanes(self.gpu.summary(), order, dimension).to_vec(),
-        }
-    }
-
-    /// Chooses and notes the number of lanes that takes the least time for these curves.
-    fn choose(&self, possible: &[usize], curves: &[usize]) -> usize {
-        let longest = curves.iter().map(|&i| self.problems[i].vertices()).max().unwrap_or(0);
-        let lanes = fastest(possible, reach(self.plan), self.gpu.summary(), curves.len(), longest);
-        let each = if lanes == 1 { "a thread each".into() } else { format!("{lanes} threads each") };
-        let (count, threads) = (curves.len(), self.gpu.summary().threads());
-        let held = format!("of some {threads} that the adapter works on at once");
-        self.gpu.note(format!("{count} curves of up to {longest} vertices have {each}, {held}"));
-        lanes
     }
 
     /// The surface of all curves.
@@ -258,12 +249,51 @@ impl<const D: usize> Run<'_, D> {
     }
 }
 
+/// The numbers of lanes that curves may have, in increasing order.
+///
+/// `edges` is the largest number of edges that a term of the energy depends on.
+pub(super) fn lanes_of<const D: usize>(gpu: &Gpu, plan: &Plan, energy: &Energy, edges: usize) -> Vec<usize> {
+    let order = reach(plan);
+    // A term of weight 0 may couple more vertices than the inner product.
+    if edges != order {
+        return vec![];
+    }
+    // Penalties need as many registers as spatial curves: hardware has them only if lanes share a
+    // curve.
+    let dimension = if energy.has_limits() { 3 } else { D };
+    match gpu.lanes() {
+        Some(lanes) => vec![lanes],
+        None => open_lanes(gpu.summary(), order, dimension).to_vec(),
+    }
+}
+
+/// Chooses and notes the number of lanes that takes the least time for curves of these sizes.
+pub(super) fn choose(
+    gpu: &Gpu,
+    possible: &[usize],
+    order: usize,
+    vertices: impl ExactSizeIterator<Item = usize>,
+) -> usize {
+    let (count, longest) = (vertices.len(), vertices.max().unwrap_or(0));
+    let lanes = fastest(possible, order, gpu.summary(), count, longest);
+    let each = if lanes == 1 { "a thread each".into() } else { format!("{lanes} threads each") };
+    let held = format!("of some {} that the adapter works on at once", gpu.summary().threads());
+    gpu.note(format!("{count} curves of up to {longest} vertices have {each}, {held}"));
+    lanes
+}
+
 struct Job<'a, const D: usize> {
     run: &'a Run<'a, D>,
-    composition: Composition,
-    lanes: usize,
+    form: Form<'a>,
     /// The table that the WGSL code of the surface reads.
     table: Vec<f64>,
+}
+
+/// The curves of a chunk in their arrays.
+struct Placed {
+    layout: Layout,
+    /// The loop turns per tick of each curve.
+    turns: Vec<usize>,
 }
 
 impl<'a, const D: usize> Job<'a, D> {
@@ -275,17 +305,17 @@ impl<'a, const D: usize> Job<'a, D> {
         (host, ended): (&mut Vec<usize>, Ended<'_, D>),
     ) -> Result<(), Interrupted> {
         let gpu = self.run.gpu;
-        let side = side(self.lanes);
+        let side = self.form.side();
         let members = |groups: &Range<usize>| &order[groups.start * side..(groups.end * side).min(order.len())];
-        let words = order.chunks(side).map(|group| self.layout(group).work.max(1));
+        let words = order.chunks(side).map(|group| self.form.layout(&self.shapes(group)).work.max(1));
         let real = self.run.precision.bytes();
         // All arrays together are smaller than twice the largest.
         let chunks = plan::chunks(words, real, 2 * real, gpu.limits())?;
         let done = pipeline(
             chunks,
             |groups| self.start(members(groups)),
-            |rounds: Rounds<Layout>| rounds.advance(|r, l, a, s| self.round(r, l, a, s), &WANTED, &mut *progress),
-            |groups, (layout, results)| {
+            |rounds: Rounds<Placed>| rounds.advance(|r, l, a, s| self.round(r, l, a, s), &WANTED, &mut *progress),
+            |groups, (Placed { layout, .. }, results)| {
                 let left = self.unpack(members(groups), &layout, &results, outcomes);
                 for (&i, left) in members(groups).iter().zip(left) {
                     match &outcomes[i] {
@@ -299,8 +329,13 @@ impl<'a, const D: usize> Job<'a, D> {
         done.map_err(|interrupted| Interrupted { finished: interrupted.finished * side, ..interrupted })
     }
 
-    fn start(&self, curves: &[usize]) -> Result<Rounds<'a, Layout>> {
-        let layout = self.layout(curves);
+    fn shapes(&self, curves: &[usize]) -> Vec<Shape> {
+        let shape = |problem: &Problem<D>| Shape { vertices: problem.vertices(), closed: problem.closed };
+        curves.iter().map(|&i| shape(self.run.problems[i])).collect()
+    }
+
+    fn start(&self, curves: &[usize]) -> Result<Rounds<'a, Placed>> {
+        let layout = self.form.layout(&self.shapes(curves));
         let most = |&i: &usize| self.run.problems[i].most_iterations;
         let state = |i| DescentState { most_iterations: most(i), ..DescentState::zeroed() };
         let states: Vec<DescentState> = curves.iter().map(state).collect();
@@ -313,11 +348,13 @@ impl<'a, const D: usize> Job<'a, D> {
             ("displacements", recording.storage_reals(layout.displacements)),
             ("work", recording.storage_reals(layout.work)),
         ];
-        if self.composition.definitions.contains_key("SURFACE_TABLE") {
+        if self.form.composition.definitions.contains_key("SURFACE_TABLE") {
             arrays.push(("surface_table", recording.upload_reals(&self.table)));
         }
         let of_curves = ("discrete/descent", curves.len());
-        Rounds::start::<DescentState>(of_curves, recording, (layout, arrays), &WANTED, |r, l, a, s| {
+        let turns = curves.iter().map(|&i| self.run.turns(self.form.lanes, i)).collect();
+        let placed = Placed { layout, turns };
+        Rounds::start::<DescentState>(of_curves, recording, (placed, arrays), &WANTED, |r, l, a, s| {
             self.round(r, l, a, s)
         })
     }
@@ -326,22 +363,22 @@ impl<'a, const D: usize> Job<'a, D> {
     fn round(
         &self,
         recording: &mut Recording<'a>,
-        layout: &Layout,
+        placed: &Placed,
         arrays: &[(&str, &Buffer)],
         slots: &[u32],
     ) -> Result<()> {
         let run = self.run;
-        let kernel = descent_kernel(&self.composition, run.plan, self.lanes, run.precision);
-        let listed = tasks(slots, &layout.turns, run.most_ticks);
+        let kernel = self.form.kernel(run.precision);
+        let listed = tasks(slots, &placed.turns, run.most_ticks);
         let params = recording.uniform(&DescentParams {
             tasks: slots.len() as u32,
-            numbers: self.numbers() as u32,
+            numbers: self.form.numbers() as u32,
             ticks: listed.iter().map(|task| task.ticks).min().unwrap_or(0),
-            lanes: self.lanes as u32,
+            lanes: self.form.lanes as u32,
         });
         let tasks = recording.upload(&listed);
         let mut bound = vec![("params", &params), ("tasks", &tasks)];
         bound.extend(arrays);
-        recording.dispatch(&kernel, slots.len(), GROUP / self.lanes, &bound)
+        recording.dispatch(&kernel, slots.len(), GROUP / self.form.lanes, &bound)
     }
 }

@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 
-use super::curves::{Fitted, Vertices};
+use super::curves::{EvenVertices, Fitted, Vertices};
 use super::energy::Functional;
 use super::fair::Fair;
 use super::tally::Tally;
@@ -105,13 +105,15 @@ pub(super) fn fit(
     in_space: impl Fn(&CurveBatch, &Tally<'_>) -> Result<Fitted>,
 ) -> Result<Fitted> {
     let (lying, others): (Vec<usize>, Vec<usize>) = (0..batch.len()).partition(|&i| planes[i].is_some());
-    let planar = in_plane(&in_planes(&batch.emptied(&others), planes), &tally.of_some(&|i| planes[i].is_some()))?;
+    let flat = in_planes(&batch.emptied(&others), planes);
+    let planar = in_plane(&flat, &tally.of_some(&|i| planes[i].is_some()))?.owned(&flat);
     let spatial = match others.is_empty() {
         true => None,
         false => {
             let counts = |i: usize| planes[i].is_none();
             let tally = tally.of_some(&counts);
-            Some(in_space(&batch.emptied(&lying), &tally)?)
+            let spatial = batch.emptied(&lying);
+            Some(in_space(&spatial, &tally)?.owned(&spatial))
         }
     };
     let device = spatial.as_ref().map_or(&planar, |spatial| spatial).device.clone();
@@ -132,7 +134,7 @@ pub(super) fn fit(
         }
     });
     let (curves, reports) = all.unzip();
-    Ok(Fitted { curves, reports, device })
+    Ok(Fitted { curves, even: EvenVertices::default(), reports, device })
 }
 
 /// The batch with its planar curves in the coordinates of their planes.

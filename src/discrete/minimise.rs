@@ -10,7 +10,7 @@ use super::{continuation, fallback};
 ///
 /// Of 2,000 rough random walks none needs more than 2e-4. A border of uneven spans that rounds at
 /// 3e-2 was called converged with an energy 0.2 % too high.
-const COARSEST_IN_F32: f64 = 1e-3;
+pub(super) const COARSEST_IN_F32: f64 = 1e-3;
 
 /// Descends to a nearby minimum.
 ///

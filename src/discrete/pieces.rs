@@ -1,6 +1,8 @@
 //! Fits curves without corners: first each curve alone, then those that must not cross.
 
-use super::curves::Fitted;
+use std::collections::BTreeMap;
+
+use super::curves::{EvenVertices, Fitted, Vertices};
 use super::deviation::{InDiscs, within_discs};
 use super::energy::attachment;
 use super::fair::{Fair, Pins};
@@ -9,6 +11,7 @@ use super::limits_result::LimitsResult;
 use super::near::Near;
 use super::problem::Outcome;
 use super::queue::{CurveFit, Desk, Queue, Task};
+use super::resident::{self, Attempt};
 use super::restarts::{Descended, best};
 use super::separation::{Found, SeparatingHalfPlane, SeparatingHalfPlanes, keep_apart};
 use super::setup::{PreparedCurve, SplineStarts};
@@ -62,18 +65,66 @@ pub(super) fn fit<const D: usize>(
         return shortest::fit::<D>(fair, batch, pieces.kept, device, tally);
     }
     let Some(asked) = allowed else {
-        let starts = SplineStarts::new(fair, batch)?;
-        let prepare = |i: usize| starts.prepare(i, pieces.kept_of(i), None);
-        return fit_all::<D>(fair, batch, pieces, &prepare, &|_| None, device, tally);
+        return fit_through::<D>(fair, batch, pieces, device, tally);
     };
     let pins = if fair.pins == Pins::None { Pins::None } else { Pins::Ends };
     let energy = fair.energy.clone() + attachment();
     let held = Fair { energy, pins, deviation: None, corners: None, ..fair.clone() };
     let near = Near::new::<D>(pins, &asked, batch)?;
     let starts = SplineStarts::new(&held, batch)?;
-    let prepare = |i: usize| starts.prepare(i, pieces.kept_of(i), near.curve(i));
+    let prepare = |i: usize| Ok((starts.prepare(i, pieces.kept_of(i), near.curve(i))?, None));
     fit_all::<D>(&held, batch, pieces, &prepare, &|i| Some([asked[i], near.allowed(i)]), device, tally)
 }
+
+/// Fits curves through their points: plain ones on the GPU as far as they end there, then the
+/// others.
+fn fit_through<const D: usize>(
+    fair: &Fair,
+    batch: &CurveBatch,
+    pieces: &Pieces<'_>,
+    device: &Device,
+    tally: &Tally<'_>,
+) -> Result<Fitted> {
+    let fit = |batch: &CurveBatch, pieces: &Pieces<'_>, done: &Done<'_, D>, device: &Device, tally: &Tally<'_>| {
+        let starts = SplineStarts::new(fair, batch)?;
+        let prepare = |i: usize| {
+            let ready = starts.prepare(i, pieces.kept_of(i), None)?;
+            let outcome = done(i, &ready);
+            Ok((ready, outcome))
+        };
+        fit_all::<D>(fair, batch, pieces, &prepare, &|_| None, device, tally)
+    };
+    let queue = Queue::new::<D>(fair, batch, &SeparatingHalfPlanes::default(), device)?;
+    let resident = queue.gpu().map(|gpu| resident::fit::<D>(fair, batch, gpu, device, tally)).transpose()?.flatten();
+    let Some((attempts, even)) = resident else { return fit(batch, pieces, &|_, _| None, device, tally) };
+    let (mut found, mut finished_on_cpu) = (BTreeMap::new(), 0);
+    let (set_up, on_cpu): (Vec<usize>, Vec<usize>) = (0..batch.len())
+        .filter(|&i| !matches!(attempts[i], Attempt::Ended(..)))
+        .partition(|&i| matches!(attempts[i], Attempt::ForHost));
+    for (curves, device) in [(set_up, device), (on_cpu, &device.on_cpu())] {
+        if curves.is_empty() {
+            continue;
+        }
+        let kept: Vec<[bool; 2]> = curves.iter().map(|&i| pieces.kept_of(i)).collect();
+        let own = Pieces { kept: &kept, owners: curves.iter().map(|&i| pieces.owners[i]).collect() };
+        let done = |k: usize, ready: &PreparedCurve<D>| attempts[curves[k]].outcome(ready, even.of(curves[k]));
+        let rest = fit(&batch.select(&curves), &own, &done, device, &tally.of_selected(&curves))?;
+        finished_on_cpu += if device.as_gpu().is_some() { rest.device.finished_on_cpu } else { curves.len() };
+        found.extend(curves.into_iter().zip(rest.reports.into_iter().zip(rest.curves)));
+    }
+    let all = attempts.into_iter().enumerate().map(|(i, attempt)| match attempt {
+        Attempt::Ended(report, is_fitted) => (report, is_fitted.then(Vertices::default)),
+        _ => found.remove(&i).expect("every curve ends"),
+    });
+    let (reports, curves) = all.unzip();
+    Ok(Fitted { curves, even, reports, device: queue.report(finished_on_cpu)? })
+}
+
+/// The outcome of the first descent of a curve, if that is done.
+type Done<'a, const D: usize> = dyn Fn(usize, &PreparedCurve<D>) -> Option<Outcome<D>> + Sync + 'a;
+
+/// A curve that is ready, and the outcome of its first descent, if that is done.
+type Prepared<const D: usize> = (PreparedCurve<D>, Option<Outcome<D>>);
 
 /// Fits prepared curves. `allowed` returns the requested deviation, and the deviation that the
 /// curve may use.
@@ -81,7 +132,7 @@ fn fit_all<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,
     pieces: &Pieces<'_>,
-    prepare: &(dyn Fn(usize) -> std::result::Result<PreparedCurve<D>, Unfitted> + Sync),
+    prepare: &(dyn Fn(usize) -> std::result::Result<Prepared<D>, Unfitted> + Sync),
     allowed: &(dyn Fn(usize) -> Option<[f64; 2]> + Sync),
     device: &Device,
     tally: &Tally<'_>,
@@ -96,7 +147,7 @@ fn fit_all<const D: usize>(
             CurveFit { fair, batch, i, kept: pieces.kept_of(i), queue: &queue, desk: &desks[i], is_repeated: false };
         Box::pin(async move {
             let fitted = match prepare(i) {
-                Ok(ready) => fit_one(curve, ready, allowed(i), in_f32).await,
+                Ok(prepared) => fit_one(curve, prepared, allowed(i), in_f32).await,
                 Err(problem) => {
                     let found = (CurveReport::unfitted(problem.status, problem.message), None);
                     FittedCurve { found, on_cpu: false, start: None }
@@ -147,19 +198,19 @@ fn fit_all<const D: usize>(
         (0..batch.len()).filter(|&i| starts[i].is_some()).for_each(|i| tally.finished(i));
     }
     let device = queue.report(on_cpu.into_iter().filter(|on_cpu| *on_cpu).count())?;
-    Ok(Fitted { curves, reports, device })
+    Ok(Fitted { curves, even: EvenVertices::default(), reports, device })
 }
 
 /// Fits a curve independently of all others.
 async fn fit_one<const D: usize>(
     curve: CurveFit<'_, D>,
-    ready: PreparedCurve<D>,
+    (ready, outcome): Prepared<D>,
     allowed: Option<[f64; 2]>,
     in_f32: bool,
 ) -> FittedCurve<D> {
     let keeps_apart = curve.fair.limits.no_crossing;
     let Some(allowed) = allowed else {
-        let own = best(&curve, ready).await;
+        let own = best(&curve, ready, outcome).await;
         let found = reported(&curve, &own, &own.outcome, own.kept.as_ref());
         let on_cpu = own.outcome.on_cpu;
         return FittedCurve { found, on_cpu, start: keeps_apart.then(|| Box::new(Restart::Through(own))) };

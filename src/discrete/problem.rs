@@ -37,6 +37,9 @@ const FEW: usize = 8;
 /// energy.
 const SLIDING: f64 = 1e-7;
 
+/// See [`Problem::rounding_in_f32`].
+const ROUNDING_EPSILONS: f64 = 1.1;
+
 /// See [`Outcome::rest`].
 const AT_REST: f64 = 16.0;
 
@@ -310,7 +313,11 @@ impl<const D: usize> Problem<D> {
         // Projections onto a surface are rounded too: floors up to twice the bound without a
         // surface occurred.
         let feet = if self.surface.is_some() { 4.0 } else { 1.0 };
-        feet * 1.1 * f64::from(f32::EPSILON) * (0.5 * self.highest * energy).sqrt() * self.base.len() as f64 / length
+        feet * ROUNDING_EPSILONS
+            * f64::from(f32::EPSILON)
+            * (0.5 * self.highest * energy).sqrt()
+            * self.base.len() as f64
+            / length
     }
 
     /// The energy of the base at size 1, without regularisation and attachments.

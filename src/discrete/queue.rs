@@ -193,6 +193,11 @@ impl<'a> Queue<'a> {
         }
     }
 
+    /// The GPU that descends the requested energy, if one does.
+    pub fn gpu(&self) -> Option<(&'a Gpu, Precision)> {
+        self.free.gpu
+    }
+
     /// Whether descents of this goal are in f32.
     fn is_in_f32(&self, goal: Goal) -> bool {
         self.descender(goal).gpu.is_some_and(|(_, precision)| precision == Precision::F32)

@@ -58,9 +58,13 @@ pub(super) struct Descended<const D: usize> {
 }
 
 /// Descends a curve from the spline and from `fair.starts` − 1 other starts, each subject to its
-/// limits.
-pub(super) async fn best<const D: usize>(curve: &CurveFit<'_, D>, ready: PreparedCurve<D>) -> Descended<D> {
-    let mut best = Descended::first(curve, ready).await;
+/// limits. `outcome` is that of the first descent, if that is done.
+pub(super) async fn best<const D: usize>(
+    curve: &CurveFit<'_, D>,
+    ready: PreparedCurve<D>,
+    outcome: Option<Outcome<D>>,
+) -> Descended<D> {
+    let mut best = Descended::first(curve, ready, outcome).await;
     best.keep_limits(curve, Start::Free).await;
     best.start_from_shortest(&curve.repeated()).await;
     if curve.fair.starts > 1 {
@@ -68,7 +72,7 @@ pub(super) async fn best<const D: usize>(curve: &CurveFit<'_, D>, ready: Prepare
     }
     for start in 1..curve.fair.starts {
         if let Ok(ready) = set_up_at(curve.fair, curve.batch, curve.i, curve.kept, start) {
-            let mut other = Box::pin(Descended::new(curve, ready)).await;
+            let mut other = Box::pin(Descended::new(curve, ready, None)).await;
             other.keep_limits(curve, Start::Free).await;
             best.take_better(other);
         }
@@ -77,16 +81,19 @@ pub(super) async fn best<const D: usize>(curve: &CurveFit<'_, D>, ready: Prepare
 }
 
 impl<const D: usize> Descended<D> {
-    /// Descends a curve, and [removes self-intersections](untangle).
-    async fn new(curve: &CurveFit<'_, D>, ready: PreparedCurve<D>) -> Self {
-        let (mut ready, mut outcome) = minimise(curve, ready, Goal::Free).await;
+    /// Descends a curve, unless that is done, and [removes self-intersections](untangle).
+    async fn new(curve: &CurveFit<'_, D>, ready: PreparedCurve<D>, outcome: Option<Outcome<D>>) -> Self {
+        let (mut ready, mut outcome) = match outcome {
+            Some(outcome) => (ready, outcome),
+            None => minimise(curve, ready, Goal::Free).await,
+        };
         let untangled = untangle(&curve.repeated(), &mut ready, &mut outcome).await;
         Descended { ready, outcome, untangled, remedy: "", gain: None, kept: None, free: None }
     }
 
     /// Descends a curve from the spline.
-    async fn first(curve: &CurveFit<'_, D>, ready: PreparedCurve<D>) -> Self {
-        let mut first = Self::new(curve, ready).await;
+    async fn first(curve: &CurveFit<'_, D>, ready: PreparedCurve<D>, outcome: Option<Outcome<D>>) -> Self {
+        let mut first = Self::new(curve, ready, outcome).await;
         if first.untangled.may_cross && first.crosses() {
             Box::pin(first.redraw(&curve.repeated())).await;
         }
@@ -120,7 +127,7 @@ impl<const D: usize> Descended<D> {
             };
             let fair = Fair { segments, ..curve.fair.clone() };
             let Ok(ready) = set_up_at(&fair, curve.batch, curve.i, curve.kept, start) else { continue };
-            let found = Self::new(curve, ready).await;
+            let found = Self::new(curve, ready, None).await;
             if found.has_converged() && !found.crosses() {
                 self.replace(Descended { remedy, ..found });
                 return;
@@ -142,15 +149,20 @@ impl<const D: usize> Descended<D> {
         let fair = Fair { segments, ..curve.fair.clone() };
         let coarse = CurveFit { fair: &fair, ..*curve };
         let Ok(ready) = set_up_at(&fair, curve.batch, curve.i, curve.kept, 0) else { return };
-        let found = Box::pin(Self::first(&coarse, ready)).await;
+        let found = Box::pin(Self::first(&coarse, ready, None)).await;
         if !found.has_converged() {
             return;
         }
         let vertices = Vertices::of(&found.ready, found.ready.vertices_of(&found.outcome));
-        let start = FairCurves::new(&curve.batch.select(&[curve.i]), vec![Some(vertices)], Default::default());
+        let start = FairCurves::new(
+            &curve.batch.select(&[curve.i]),
+            vec![Some(vertices)],
+            Default::default(),
+            Default::default(),
+        );
         let ready = set_up_on(curve.fair, curve.batch, curve.i, curve.kept, &*start.curve(0));
         if let Ok(ready) = ready {
-            let found = Self::new(curve, ready).await;
+            let found = Self::new(curve, ready, None).await;
             if found.has_converged() {
                 self.replace(Descended { remedy: self.remedy, ..found });
             }

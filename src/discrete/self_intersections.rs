@@ -87,31 +87,8 @@ impl<const D: usize> PreparedCurve<D> {
         if outcome.termination != TerminationStatus::Converged {
             return vec![];
         }
-        let closed = self.problem.closed;
         let Vertices { coords, rows, .. } = Vertices::of(self, self.vertices_of(outcome));
-        let vertices = coords.as_chunks::<D>().0;
-        if is_simple(vertices, closed) {
-            return vec![];
-        }
-        let crossing = edges_that_cross(vertices, closed);
-        if crossing.is_empty() {
-            return vec![];
-        }
-        // Spans between repeated points have no edge.
-        let data: Vec<usize> = (1..rows.len()).map(|k| k - 1).filter(|&k| rows[k] < rows[k + 1]).collect();
-        let mut corners: Vec<Vector<f64, D>> = data.iter().map(|&k| vertices[rows[k] as usize]).collect();
-        corners.extend((!closed).then(|| vertices[vertices.len() - 1]));
-        let of_data: Vec<[usize; 2]> =
-            edges_that_cross(&corners, closed).into_iter().map(|pair| pair.map(|edge| data[edge as usize])).collect();
-        let spans = rows.len() - 1;
-        let near = |a: usize, b: usize| a.abs_diff(b) <= 1 || (closed && a.abs_diff(b) + 1 >= spans);
-        let is_new = |[a, b]: &[usize; 2]| !of_data.iter().any(|[c, d]| near(*a, *c) && near(*b, *d));
-        let span = |edge: u32| rows.partition_point(|&row| row <= edge) - 1;
-        let mut tangled: Vec<usize> =
-            crossing.into_iter().map(|pair| pair.map(span)).filter(is_new).flatten().collect();
-        tangled.sort_unstable();
-        tangled.dedup();
-        tangled
+        tangled(coords.as_chunks::<D>().0, &rows, self.problem.closed)
     }
 
     /// The curve with these spans narrower, to continue the descent from. `None` if there are no
@@ -147,6 +124,32 @@ impl<const D: usize> PreparedCurve<D> {
     }
 }
 
+/// The spans of a curve that cross where its data polygon does not, in increasing order. `rows` are
+/// the vertex indices of the data points.
+pub(super) fn tangled<const D: usize>(vertices: &[Vector<f64, D>], rows: &[u32], closed: bool) -> Vec<usize> {
+    if is_simple(vertices, closed) {
+        return vec![];
+    }
+    let crossing = edges_that_cross(vertices, closed);
+    if crossing.is_empty() {
+        return vec![];
+    }
+    // Spans between repeated points have no edge.
+    let data: Vec<usize> = (1..rows.len()).map(|k| k - 1).filter(|&k| rows[k] < rows[k + 1]).collect();
+    let mut corners: Vec<Vector<f64, D>> = data.iter().map(|&k| vertices[rows[k] as usize]).collect();
+    corners.extend((!closed).then(|| vertices[vertices.len() - 1]));
+    let of_data: Vec<[usize; 2]> =
+        edges_that_cross(&corners, closed).into_iter().map(|pair| pair.map(|edge| data[edge as usize])).collect();
+    let spans = rows.len() - 1;
+    let near = |a: usize, b: usize| a.abs_diff(b) <= 1 || (closed && a.abs_diff(b) + 1 >= spans);
+    let is_new = |[a, b]: &[usize; 2]| !of_data.iter().any(|[c, d]| near(*a, *c) && near(*b, *d));
+    let span = |edge: u32| rows.partition_point(|&row| row <= edge) - 1;
+    let mut tangled: Vec<usize> = crossing.into_iter().map(|pair| pair.map(span)).filter(is_new).flatten().collect();
+    tangled.sort_unstable();
+    tangled.dedup();
+    tangled
+}
+
 /// The pairs of non-adjacent edges of a polygon that cross, touch or overlap.
 fn edges_that_cross<const D: usize>(vertices: &[Vector<f64, D>], closed: bool) -> Vec<[u32; 2]> {
     let points: Vec<DVec3> = vertices.iter().map(|vertex| DVec3::new(vertex[0], vertex[1], 0.0)).collect();
@@ -159,7 +162,7 @@ fn edges_that_cross<const D: usize>(vertices: &[Vector<f64, D>], closed: bool) -
 ///
 /// A curve that crosses itself has a loop, which turns by more than half a turn. The test may be
 /// false for other simple curves.
-fn is_simple<const D: usize>(vertices: &[Vector<f64, D>], closed: bool) -> bool {
+pub(super) fn is_simple<const D: usize>(vertices: &[Vector<f64, D>], closed: bool) -> bool {
     if closed {
         return false;
     }

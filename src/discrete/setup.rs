@@ -27,6 +27,9 @@ use crate::{Constraints, Unfitted};
 /// weight γ of the regularisation.
 const REGULARISATION: f64 = 1.0;
 
+/// An edge turns back if its cosine with the one before it is within this many roundings of −1.
+const TURNS_BACK_EPSILONS: f64 = 8.0;
+
 /// The least mean curvature, as a fraction of 1/size. Smaller values are raised to it.
 ///
 /// Otherwise an exponent ν > 2 would make straight curves infinitely soft.
@@ -260,7 +263,7 @@ fn ready<const D: usize>(
                     aside, or give it a tangent";
         return refuse(k, CurveStatus::Degenerate, what);
     }
-    let highest = highest_weight(&fair.energy, &weights, length, curvature);
+    let highest = highest_weight(&fair.energy, weights.iter().copied(), length, curvature);
     let h = length / base.len() as f64;
     let (regularisation, power) = regularisation_of(order, order < 3 && fair.surface.is_none(), highest, h);
     // With length alone the vertices of attached curves would merge. Interpolating curves take one
@@ -504,11 +507,26 @@ fn free(lengths: &[f64], data: &[u32], closed: bool, power: f64) -> Vec<f64> {
 /// The highest order has weight 1. |κ|^ν weighs as much as κ² at the given curvature, so that
 /// tolerances mean the same for every exponent.
 fn normalised_weights(energy: &Energy, size: f64, curvature: f64) -> (Vec<f64>, f64) {
-    let at_size_1 = |(weight, functional): &(f64, Functional)| weight * size.powf(functional.facts().degree());
+    let unit = energy_unit(energy, size, curvature);
+    (energy.terms().iter().map(|term| at_size_1(term, size) / unit).collect(), unit)
+}
+
+/// The weight of a term for a curve that has been divided by its size.
+fn at_size_1((weight, functional): &(f64, Functional), size: f64) -> f64 {
+    weight * size.powf(functional.facts().degree())
+}
+
+/// The unit of energy of a curve at size 1, in units of the input.
+pub(super) fn energy_unit(energy: &Energy, size: f64, curvature: f64) -> f64 {
     let order = energy.order();
     let leading = energy.terms().iter().filter(|(weight, functional)| *weight > 0.0 && functional.order() == order);
-    let unit: f64 = leading.map(|term| at_size_1(term) * curvature.powf(term.1.facts().stiffening())).sum();
-    (energy.terms().iter().map(|term| at_size_1(term) / unit).collect(), unit)
+    leading.map(|term| at_size_1(term, size) * curvature.powf(term.1.facts().stiffening())).sum()
+}
+
+/// The [highest weight](highest_weight) of an energy whose stiffness depends on neither length nor
+/// curvature, for a curve that has been divided by its size.
+pub(super) fn highest_at(energy: &Energy, size: f64, unit: f64) -> f64 {
+    highest_weight(energy, energy.terms().iter().map(|term| at_size_1(term, size) / unit), 1.0, 1.0)
 }
 
 /// The second derivative of the energy's highest-order terms by the highest derivative of the
@@ -516,9 +534,9 @@ fn normalised_weights(energy: &Energy, size: f64, curvature: f64) -> (Vec<f64>, 
 ///
 /// It is taken at a straight curve, or at the given curvature for energies whose stiffness depends
 /// on it.
-fn highest_weight(energy: &Energy, weights: &[f64], length: f64, curvature: f64) -> f64 {
+fn highest_weight(energy: &Energy, weights: impl Iterator<Item = f64>, length: f64, curvature: f64) -> f64 {
     let order = energy.order();
-    let leading = weights.iter().zip(energy.terms()).filter(|(_, (_, functional))| functional.order() == order);
+    let leading = weights.zip(energy.terms()).filter(|(_, (_, functional))| functional.order() == order);
     leading
         .map(|(weight, (_, functional))| {
             let facts = functional.facts();
@@ -533,7 +551,7 @@ fn highest_weight(energy: &Energy, weights: &[f64], length: f64, curvature: f64)
 fn fold<const D: usize>(base: &[Vector<f64, D>], lengths: &[f64], closed: bool) -> Option<usize> {
     let turns_back = |j: &usize| {
         let next = if j + 1 < base.len() { j + 1 } else { 0 };
-        dot(base[*j], base[next]) <= (8.0 * f64::EPSILON - 1.0) * (lengths[*j] * lengths[next])
+        dot(base[*j], base[next]) <= (TURNS_BACK_EPSILONS * f64::EPSILON - 1.0) * (lengths[*j] * lengths[next])
     };
     (0..if closed { base.len() } else { base.len() - 1 }).find(turns_back)
 }

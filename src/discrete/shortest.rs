@@ -12,7 +12,7 @@ use dubins::{Dubins, Place};
 use glam::DVec3;
 use headings::{Leg, shortest};
 
-use super::curves::{FairCurves, Fitted, Tangents, Vertices};
+use super::curves::{EvenVertices, FairCurves, Fitted, Tangents, Vertices};
 use super::energy::{Functional, length};
 use super::fair::{Fair, Segments};
 use super::limits::{Limits, Span};
@@ -78,7 +78,7 @@ pub(super) fn fit<const D: usize>(
     if device.is_gpu {
         device.finished_on_cpu = curves.iter().flatten().count();
     }
-    Ok(Fitted { curves, reports, device })
+    Ok(Fitted { curves, even: EvenVertices::default(), reports, device })
 }
 
 fn fit_one<const D: usize>(
@@ -173,7 +173,7 @@ pub(super) fn start<const D: usize>(fair: &Fair, batch: &CurveBatch, i: usize, k
     let shortest = Fair { energy: length(), limits, ..fair.clone() };
     let ready = set_up_at::<D>(&shortest, batch, i, kept, 0).ok()?;
     let (_, vertices) = fit_one(&shortest, batch, i, &ready).ok()?;
-    Some(FairCurves::new(&batch.select(&[i]), vec![Some(vertices)], Default::default()))
+    Some(FairCurves::new(&batch.select(&[i]), vec![Some(vertices)], Default::default(), Default::default()))
 }
 
 /// The angle of the given tangent at a vertex.

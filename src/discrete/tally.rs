@@ -38,6 +38,11 @@ impl<'a> Tally<'a> {
         }))
     }
 
+    /// A tally of a selection of these curves or pieces.
+    pub fn of_selected<'b>(&'b self, selected: &'b [usize]) -> Tally<'b> {
+        Tally(Box::new(move |k| self.finished(selected[k])))
+    }
+
     /// Records that curve or piece `i` is finished.
     pub fn finished(&self, i: usize) {
         self.0(i);

@@ -28,6 +28,21 @@ const ENOUGH_ITERATIONS: u32 = 200;
 /// seen to exceed 1.23 on its way.
 const ASTRAY: f64 = 2.0;
 
+/// The end of a descent and its curve, for its report.
+pub(super) struct Ending {
+    pub termination: TerminationStatus,
+    pub iterations: u32,
+    /// In units of the input, without the regularisation.
+    pub energy: f64,
+    pub norm: f64,
+    /// The tolerance of `norm`.
+    pub tolerance: f64,
+    /// The length of the curve over that of its data polygon.
+    pub times: f64,
+    pub deviation: f64,
+    pub is_attached: bool,
+}
+
 impl Fair {
     /// The report of a curve, and its vertices unless the result is its input.
     pub(super) fn report<const D: usize>(
@@ -37,51 +52,67 @@ impl Fair {
         ready: &PreparedCurve<D>,
         outcome: &Outcome<D>,
     ) -> (CurveReport, Option<Vertices>) {
-        let (status, what) = self.ended(ready, outcome);
-        let iterations = outcome.iterations;
+        let vertices = ready.vertices_of(outcome);
+        let (points, closed) = (batch.points(i).as_chunks::<D>().0, ready.problem.closed);
+        let ending = Ending {
+            termination: outcome.termination,
+            iterations: outcome.iterations,
+            energy: outcome.energy * ready.energy_unit,
+            norm: outcome.norm,
+            tolerance: ready.problem.tolerance,
+            times: length(&vertices, closed) / length(points, closed),
+            deviation: deviation(&vertices, &ready.rows, points),
+            is_attached: !ready.problem.attached.is_empty(),
+        };
+        let (report, is_fitted) = self.report_of(batch, i, &ending);
+        (report, is_fitted.then(|| Vertices::of(ready, vertices)))
+    }
+
+    /// The report of a curve, and whether the result is the curve or its input.
+    pub(super) fn report_of(&self, batch: &CurveBatch, i: usize, ending: &Ending) -> (CurveReport, bool) {
+        let (status, what) = self.ended(ending);
+        let Ending { iterations, times, .. } = *ending;
         let as_it_was = |status: CurveStatus, what: &str| {
             let report = CurveReport::unfitted(status, batch.sentence(i, 0, what));
-            (CurveReport { iterations, ..report }, None)
+            (CurveReport { iterations, ..report }, false)
         };
         let what = what.as_deref();
         if matches!(status, CurveStatus::Unbounded | CurveStatus::Invalid) {
             return as_it_was(status, what.unwrap_or_default());
         }
-        let vertices = ready.vertices_of(outcome);
-        let points = batch.points(i).as_chunks::<D>().0;
-        let times = length(&vertices, ready.problem.closed) / length(points, ready.problem.closed);
         // Attached curves stay near their points, and small rings may grow round.
-        let loops = (times > ASTRAY && ready.problem.attached.is_empty()).then_some(times);
+        let loops = (times > ASTRAY && !ending.is_attached).then_some(times);
         if status == CurveStatus::NotConverged && loops.is_some() {
             let astray = format!(
                 "after {iterations} iterations it has not converged, and is {times:.1} times as long as its points' polygon: it is on its way into \
                  loops, and stays as it is; {}",
                 self.remedy()
             );
-            let is_folded = outcome.termination == TerminationStatus::Folded;
+            let is_folded = ending.termination == TerminationStatus::Folded;
             return as_it_was(status, what.filter(|_| is_folded).unwrap_or(&astray));
         }
-        let looping = format!(
-            "it is {times:.1} times as long as its points' polygon: loops cost less than turns between its points"
-        );
-        let what = what.or_else(|| loops.map(|_| &looping[..]));
+        let looping = loops.map(|times| {
+            format!(
+                "it is {times:.1} times as long as its points' polygon: loops cost less than turns between its points"
+            )
+        });
         let report = CurveReport {
             status,
-            message: what.map(|what| batch.sentence(i, 0, what)),
-            energy: outcome.energy * ready.energy_unit,
+            message: what.or(looping.as_deref()).map(|what| batch.sentence(i, 0, what)),
+            energy: ending.energy,
             iterations,
-            gradient_norm: outcome.norm,
+            gradient_norm: ending.norm,
             loops,
-            max_deviation: deviation(&vertices, &ready.rows, points),
+            max_deviation: ending.deviation,
             ..CurveReport::default()
         };
-        (report, Some(Vertices::of(ready, vertices)))
+        (report, true)
     }
 
     /// The status of a curve and its message, from the end of its descent.
-    fn ended<const D: usize>(&self, ready: &PreparedCurve<D>, outcome: &Outcome<D>) -> (CurveStatus, Option<String>) {
-        let (norm, iterations, tolerance) = (outcome.norm, outcome.iterations, ready.problem.tolerance);
-        let (status, what) = match outcome.termination {
+    fn ended(&self, ending: &Ending) -> (CurveStatus, Option<String>) {
+        let Ending { norm, iterations, tolerance, .. } = *ending;
+        let (status, what) = match ending.termination {
             TerminationStatus::Converged => return (CurveStatus::Converged, None),
             TerminationStatus::Unbounded => (
                 CurveStatus::Unbounded,

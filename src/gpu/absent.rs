@@ -107,6 +107,10 @@ impl<'g> Recording<'g> {
         match *self.0 {}
     }
 
+    pub(crate) fn upload_control<T: Pod>(&mut self, _: &T) -> Buffer {
+        match *self.0 {}
+    }
+
     pub fn storage(&mut self, _: u64) -> Buffer {
         match *self.0 {}
     }
@@ -116,6 +120,10 @@ impl<'g> Recording<'g> {
     }
 
     pub fn dispatch(&mut self, _: &KernelKey, _: usize, _: usize, _: &[(&str, &Buffer)]) -> Result<()> {
+        match *self.0 {}
+    }
+
+    pub(crate) fn dispatch_listed(&mut self, _: &KernelKey, _: &Buffer, _: &[(&str, &Buffer)]) -> Result<()> {
         match *self.0 {}
     }
 

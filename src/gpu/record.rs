@@ -46,6 +46,13 @@ pub struct Recording<'g> {
     traffic: Traffic,
 }
 
+/// The workgroups of a dispatch.
+enum Workgroups<'b> {
+    Number([u32; 3]),
+    /// The numbers are in a buffer.
+    Listed(&'b Buffer),
+}
+
 impl Gpu {
     /// Starts a submission whose kernels compute in this precision.
     #[doc(hidden)]
@@ -135,8 +142,30 @@ impl<'g> Recording<'g> {
         self.create(bytes.len(), BufferUsages::UNIFORM, |room| copy(room, bytes))
     }
 
+    /// Uploads words that kernels write before later dispatches read them: as a uniform, or as
+    /// numbers of workgroups.
+    pub(crate) fn upload_control<T: Pod>(&mut self, data: &T) -> Buffer {
+        let bytes = bytemuck::bytes_of(data);
+        let usage = BufferUsages::STORAGE | BufferUsages::UNIFORM | BufferUsages::INDIRECT;
+        self.create(bytes.len(), usage, |room| copy(room, bytes))
+    }
+
     /// Makes an array that kernels write, zero at first.
     pub fn storage(&mut self, bytes: u64) -> Buffer {
+        let array = self.room(bytes);
+        if !self.gpu.poisoned {
+            self.encoder.clear_buffer(array.wgpu(), 0, Some(array.size()));
+        }
+        array
+    }
+
+    /// Makes an array of `count` numbers in the precision of the recording, of any value: kernels
+    /// write them all before they read them.
+    pub fn storage_reals(&mut self, count: usize) -> Buffer {
+        self.room(count as u64 * self.precision.bytes())
+    }
+
+    fn room(&mut self, bytes: u64) -> Buffer {
         let size = bytes.next_multiple_of(4).max(16);
         if self.gpu.poisoned {
             // NaN in both precisions, and not a status word.
@@ -145,19 +174,8 @@ impl<'g> Recording<'g> {
             });
         }
         let usage = BufferUsages::STORAGE | COPIED;
-        let buffer = match self.gpu.pool.take(usage, size) {
-            Some(kept) => {
-                self.encoder.clear_buffer(&kept, 0, Some(size));
-                kept
-            }
-            None => self.fresh(size, usage),
-        };
+        let buffer = self.gpu.pool.take(usage, size).unwrap_or_else(|| self.fresh(size, usage));
         self.hold(buffer, size)
-    }
-
-    /// Makes an array of `count` numbers in the precision of the recording.
-    pub fn storage_reals(&mut self, count: usize) -> Buffer {
-        self.storage(count as u64 * self.precision.bytes())
     }
 
     /// Dispatches a kernel, with its buffers by name.
@@ -175,12 +193,34 @@ impl<'g> Recording<'g> {
         per_group: usize,
         buffers: &[(&str, &Buffer)],
     ) -> Result<()> {
+        let groups = plan::workgroups(tasks, per_group, self.gpu.limits())?;
+        // The kernel is compiled for no tasks too, so that its errors do not depend on the curves.
+        self.dispatch_groups(key, (tasks > 0).then_some(Workgroups::Number(groups)), buffers)
+    }
+
+    /// The same, with the numbers of workgroups that a kernel has written.
+    ///
+    /// # Errors
+    /// As [`dispatch`](Self::dispatch).
+    pub(crate) fn dispatch_listed(
+        &mut self,
+        key: &KernelKey,
+        groups: &Buffer,
+        buffers: &[(&str, &Buffer)],
+    ) -> Result<()> {
+        self.held.push(groups.clone());
+        self.dispatch_groups(key, Some(Workgroups::Listed(groups)), buffers)
+    }
+
+    fn dispatch_groups(
+        &mut self,
+        key: &KernelKey,
+        groups: Option<Workgroups<'_>>,
+        buffers: &[(&str, &Buffer)],
+    ) -> Result<()> {
         debug_assert_eq!(key.precision, self.precision, "{}", key.name());
         let kernel = &*self.gpu.kernel(key)?;
-        let groups = plan::workgroups(tasks, per_group, self.gpu.limits())?;
-        if tasks == 0 {
-            return Ok(());
-        }
+        let Some(groups) = groups else { return Ok(()) };
         let mut bound = Vec::with_capacity(kernel.reflection.bindings.len());
         for binding in &kernel.reflection.bindings {
             let found = buffers.iter().find(|(name, _)| *name == binding.name).map(|(_, buffer)| *buffer);
@@ -200,19 +240,34 @@ impl<'g> Recording<'g> {
         Ok(())
     }
 
+    /// The contents of buffers after the dispatches recorded so far.
+    fn contents<'b>(&mut self, buffers: impl Iterator<Item = &'b Buffer>) -> Result<Vec<Vec<u8>>> {
+        self.flush();
+        let mut reading = self.gpu.record(Precision::F32);
+        buffers.for_each(|buffer| reading.download(buffer));
+        Ok(reading.submit()?.wait()?.iter().map(|bytes| bytes.as_slice::<u8>().to_vec()).collect())
+    }
+
     /// A dispatch on its own, with its buffers before and after.
-    fn dispatch_captured(&mut self, kernel: &Kernel, groups: [u32; 3], bound: &[(&Binding, &Buffer)]) -> Result<()> {
+    fn dispatch_captured(
+        &mut self,
+        kernel: &Kernel,
+        groups: Workgroups<'_>,
+        bound: &[(&Binding, &Buffer)],
+    ) -> Result<()> {
         let gpu = self.gpu();
-        let contents = |recording: &mut Self| -> Result<Vec<Vec<u8>>> {
-            recording.flush();
-            let mut reading = gpu.record(Precision::F32);
-            bound.iter().for_each(|(_, buffer)| reading.download(buffer));
-            Ok(reading.submit()?.wait()?.iter().map(|bytes| bytes.as_slice::<u8>().to_vec()).collect())
+        let groups = match groups {
+            Workgroups::Number(groups) => groups,
+            Workgroups::Listed(buffer) => {
+                let words: Vec<u32> = bytemuck::pod_collect_to_vec(&self.contents([buffer].into_iter())?[0]);
+                [words[0], words[1], words[2]]
+            }
         };
-        let before = contents(self)?;
+        let arrays = || bound.iter().map(|(_, buffer)| *buffer);
+        let before = self.contents(arrays())?;
         let entries: Vec<_> = bound.iter().map(|(binding, buffer)| buffer.entry(binding.binding)).collect();
-        self.encode(kernel, groups, &entries);
-        let after = contents(self)?;
+        self.encode(kernel, Workgroups::Number(groups), &entries);
+        let after = self.contents(arrays())?;
         let buffers = bound.iter().zip(before).zip(after).map(|(((binding, _), before), after)| CapturedBuffer {
             binding: binding.binding,
             name: binding.name.clone(),
@@ -242,7 +297,7 @@ impl<'g> Recording<'g> {
         self.precision
     }
 
-    fn encode(&mut self, kernel: &Kernel, groups: [u32; 3], entries: &[wgpu::BindGroupEntry<'_>]) {
+    fn encode(&mut self, kernel: &Kernel, groups: Workgroups<'_>, entries: &[wgpu::BindGroupEntry<'_>]) {
         let device = &self.gpu.device;
         let layout = &kernel.pipeline.get_bind_group_layout(0);
         let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries });
@@ -258,7 +313,10 @@ impl<'g> Recording<'g> {
         let mut pass = self.encoder.begin_compute_pass(&descriptor);
         pass.set_pipeline(&kernel.pipeline);
         pass.set_bind_group(0, &bind_group, &[]);
-        pass.dispatch_workgroups(groups[0], groups[1], groups[2]);
+        match groups {
+            Workgroups::Number([x, y, z]) => pass.dispatch_workgroups(x, y, z),
+            Workgroups::Listed(buffer) => pass.dispatch_workgroups_indirect(buffer.wgpu(), 0),
+        }
         drop(pass);
         self.timestamps.extend(times);
         self.traffic.dispatches += 1;

@@ -13,7 +13,7 @@ use super::workspace::Workspace;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::constraint::Constraint;
 use crate::curve::{Input, Sampling};
-use crate::device::Device;
+use crate::device::{Device, Work};
 use crate::error::{Error, Result};
 use crate::parallel;
 use crate::report::{CurveReport, Fit};
@@ -140,6 +140,12 @@ impl Default for Smooth {
 }
 
 impl Smooth {
+    /// The work of a batch with this number of points, read and written together, for
+    /// [`Device::choose`].
+    pub fn work(&self, points: usize) -> Work {
+        Work { points, cost: 10.0, on_host: if self.tension > 0.0 { 0.7 } else { 0.5 } }
+    }
+
     /// Fits every curve of the batch.
     ///
     /// The statuses are:

@@ -10,8 +10,8 @@ use crate::batch::CurveBatch;
 use crate::curve::Sampling;
 use crate::device::{Costs, Device};
 use crate::error::Result;
-use crate::gpu::KernelKey;
 use crate::gpu::source::definitions;
+use crate::gpu::{Gpu, KernelKey};
 use crate::precision::Precision;
 
 /// Repetitions of a measurement, of which the best counts.
@@ -62,26 +62,47 @@ pub(crate) struct RateParams {
     pub turns: u32,
 }
 
+/// The bytes that [`Costs::bandwidth`] streams: more than any cache holds, but on software.
+const fn streamed(is_software: bool) -> u64 {
+    if is_software { 64 << 20 } else { 512 << 20 }
+}
+
+impl Costs {
+    /// Bytes a second that a GPU reads and writes in its memory. 0 without a clock.
+    ///
+    /// # Errors
+    /// Errors of submissions.
+    #[doc(hidden)]
+    pub fn bandwidth(gpu: &Gpu) -> Result<f64> {
+        let bytes = streamed(gpu.summary().is_software()).min(gpu.limits().array_bytes());
+        let count = (bytes / Precision::F32.bytes()) as usize;
+        let seconds = kernel_seconds(gpu, "stream", Precision::F32, RateParams { count: count as u32, turns: 0 })?;
+        Ok(if seconds > 0.0 { 2.0 * bytes as f64 / seconds } else { 0.0 })
+    }
+}
+
+/// The least time of an entry of `rate.wgsl`.
+fn kernel_seconds(gpu: &Gpu, entry: &'static str, precision: Precision, params: RateParams) -> Result<f64> {
+    let mut best = f64::INFINITY;
+    for _ in 0..=REPETITIONS {
+        gpu.take_kernel_seconds();
+        let mut recording = gpu.record(precision);
+        let uniform = recording.uniform(&params);
+        let results = recording.storage_reals(params.count as usize);
+        let definitions = definitions([("GROUP", &GROUP)]);
+        let key = KernelKey { path: "spline/rate.wgsl", entry, precision, definitions };
+        recording.dispatch(&key, params.count as usize, GROUP, &[("params", &uniform), ("results", &results)])?;
+        recording.submit()?.wait()?;
+        best = best.min(gpu.take_kernel_seconds());
+    }
+    Ok(best)
+}
+
 /// The rate of f64 arithmetic on a GPU relative to f32. 0 without f64 or a clock.
 fn f64_rate(device: &Device) -> Result<f64> {
     let Some(gpu) = device.as_gpu().filter(|gpu| gpu.summary().has_f64) else { return Ok(0.0) };
-    let software = gpu.summary().is_software();
-    let (count, turns) = if software { (1 << 10, 1_000) } else { (1 << 18, 4_000) };
-    let seconds = |precision: Precision| -> Result<f64> {
-        let mut best = f64::INFINITY;
-        for _ in 0..=REPETITIONS {
-            gpu.take_kernel_seconds();
-            let mut recording = gpu.record(precision);
-            let params = recording.uniform(&RateParams { count: count as u32, turns });
-            let results = recording.storage_reals(count);
-            let definitions = definitions([("GROUP", &GROUP)]);
-            let key = KernelKey { path: "spline/rate.wgsl", entry: "rate", precision, definitions };
-            recording.dispatch(&key, count, GROUP, &[("params", &params), ("results", &results)])?;
-            recording.submit()?.wait()?;
-            best = best.min(gpu.take_kernel_seconds());
-        }
-        Ok(best)
-    };
+    let (count, turns) = if gpu.summary().is_software() { (1 << 10, 1_000) } else { (1 << 18, 4_000) };
+    let seconds = |precision: Precision| kernel_seconds(gpu, "rate", precision, RateParams { count, turns });
     let [single, double] = [seconds(Precision::F32)?, seconds(Precision::F64)?];
     Ok(if double > 0.0 { single / double } else { 0.0 })
 }

@@ -6,9 +6,10 @@ use std::ops::Range;
 use bytemuck::{Pod, Zeroable};
 
 use super::ROW_SOURCE;
-use super::knots::Knots;
+use super::knots::{Coincident, Knots, Parametrisation};
 pub(crate) use super::packing::{EndDerivatives, Fitted, Samples};
-use super::packing::{SplineRun, coordinates, frames_of};
+use super::packing::{Frame, SplineRun, coordinates, frames_of};
+use crate::batch::CurveBatch;
 use crate::error::Result;
 use crate::gpu::source::definitions;
 use crate::gpu::{Buffer, Gpu, KernelKey, Pending, Recording, kept, once, pipeline, plan};
@@ -115,6 +116,36 @@ pub(crate) fn sample(
     Ok(out)
 }
 
+/// Natural and periodic splines over chord length that stay on the device.
+pub(crate) struct ResidentSplines {
+    pub knots: Knots,
+    frames: Vec<Frame>,
+}
+
+impl ResidentSplines {
+    /// The splines of a batch, where each curve is divided by its size.
+    ///
+    /// # Errors
+    /// None: chord lengths need no parameters of the batch.
+    pub fn of(batch: &CurveBatch, sizes: &[f64]) -> Result<Self> {
+        let knots = Knots::new(batch, Parametrisation::ChordLength, Coincident::Refuse)?;
+        let mut frames = frames_of(&knots);
+        frames.iter_mut().zip(sizes).for_each(|(frame, &size)| frame.size = size);
+        Ok(ResidentSplines { knots, frames })
+    }
+
+    /// Fits a chunk: the lengths of spans, the edges of the data polygon and the second derivatives
+    /// at knots, as `sample.wgsl` has them.
+    ///
+    /// # Errors
+    /// Errors of [`Recording::dispatch`].
+    pub fn record(&self, recording: &mut Recording<'_>, curves: &Range<usize>) -> Result<[Buffer; 3]> {
+        let (samples, ends) = (&Samples::None, &NaturalEnds);
+        let run = SplineRun { knots: &self.knots, frames: &self.frames, ends, samples, sample_offsets: &[] };
+        Ok(run.record_fit(recording, curves)?.0)
+    }
+}
+
 /// No end is clamped.
 pub(crate) struct NaturalEnds;
 
@@ -143,7 +174,17 @@ fn chunks(gpu: &Gpu, precision: Precision, knots: &Knots, samples: &Samples<'_>)
 
 impl SplineRun<'_> {
     fn record<'g>(&self, mut recording: Recording<'g>, curves: &Range<usize>) -> Result<Recording<'g>> {
-        let [spans, edges] = self.pack(&mut recording, curves);
+        let ([spans, edges, second], status) = self.record_fit(&mut recording, curves)?;
+        recording.download(&second);
+        recording.download(&status);
+        self.record_samples(&mut recording, curves, [&spans, &edges, &second])?;
+        Ok(recording)
+    }
+
+    /// Fits: the spans, the edges and the second derivatives of a chunk, and the statuses of its
+    /// curves.
+    fn record_fit(&self, recording: &mut Recording<'_>, curves: &Range<usize>) -> Result<([Buffer; 3], Buffer)> {
+        let [spans, edges] = self.pack(recording, curves);
         let (systems, end_derivatives) = self.systems(curves);
         let second = recording.storage_reals(self.entries(curves) * self.knots.dimension);
         let end_derivatives = recording.upload_reals(&end_derivatives);
@@ -151,11 +192,8 @@ impl SplineRun<'_> {
         let buffers = vec![("spans", &spans), ("edges", &edges), ("end_derivatives", &end_derivatives)];
         let source = RowSource { path: ROW_SOURCE, kind: 0, buffers };
         let solve = Solve { systems: &systems, columns: self.knots.dimension as u32, kernel: RingKernel::Auto };
-        solve.record(&mut recording, &source, &second, &status)?;
-        recording.download(&second);
-        recording.download(&status);
-        self.record_samples(&mut recording, curves, [&spans, &edges, &second])?;
-        Ok(recording)
+        solve.record(recording, &source, &second, &status)?;
+        Ok(([spans, edges, second], status))
     }
 
     fn record_samples_of<'g>(

@@ -20,7 +20,7 @@ use super::smoothing::{Smoothing, SmoothingTarget};
 use crate::batch::CurveBatch;
 use crate::constraint::{Constraint, Constraints};
 use crate::curve::Sampling;
-use crate::device::{Device, DeviceReport};
+use crate::device::{Device, DeviceReport, Work};
 use crate::error::{Error, Result};
 use crate::ground::{self, SurfaceMethod, check_samples, fit_in_surface, judge_known, lifted};
 use crate::parallel;
@@ -106,6 +106,12 @@ pub struct SurfaceSpline {
 }
 
 impl SurfaceSpline {
+    /// The work of a batch with this number of points, read and written together, for
+    /// [`Device::choose`].
+    pub fn work(&self, points: usize) -> Work {
+        Work { points, cost: 10.0, on_host: 1.0 }
+    }
+
     /// Splines through points in this surface.
     pub fn new(surface: Arc<dyn Surface>) -> Self {
         SurfaceSpline {

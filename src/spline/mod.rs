@@ -50,7 +50,7 @@ mod uniform_gpu;
 
 pub use cubic::CubicSplines;
 pub use ends::{EndCondition, Ends};
-pub(crate) use gpu::GROUP;
+pub(crate) use gpu::{GROUP, ResidentSplines};
 pub use in_surface::SurfaceSpline;
 pub use knots::Parametrisation;
 pub use natural::Natural;
@@ -63,7 +63,7 @@ pub(crate) const ROW_SOURCE: &str = "spline/natural.wgsl";
 
 /// The other kernels of this room: files and entry points.
 pub(crate) const KERNELS: [(&str, &[&str]); 4] = [
-    ("spline/rate.wgsl", &["rate"]),
+    ("spline/rate.wgsl", &["rate", "stream"]),
     ("spline/sample.wgsl", &["per_span", "evenly", "at_sites"]),
     ("spline/subdivide.wgsl", &["subdivide", "interpolated"]),
     ("spline/energy.wgsl", &["discrete_energy", "exact_product"]),

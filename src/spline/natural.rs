@@ -23,7 +23,7 @@ use super::sample::EvenSites;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::constraint::Constraint;
 use crate::curve::Sampling;
-use crate::device::Device;
+use crate::device::{Device, Work};
 use crate::error::Result;
 use crate::gpu::Gpu;
 use crate::linalg::{Cyclic, Matrix, Part, Real, Scratch, TridiagonalBatch, take, tasks};
@@ -83,6 +83,12 @@ struct Solutions {
 }
 
 impl Natural {
+    /// The work of a batch with this number of points, read and written together, for
+    /// [`Device::choose`].
+    pub fn work(&self, points: usize) -> Work {
+        Work::splines(points)
+    }
+
     /// Fits every curve of the batch.
     ///
     /// The second derivatives solve their system to a few units of rounding. Two-point curves are

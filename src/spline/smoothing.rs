@@ -4,6 +4,7 @@ use super::knots::Parametrisation;
 use crate::batch::CurveBatch;
 use crate::constraint::Constraint;
 use crate::deviation::Deviation;
+use crate::device::Work;
 use crate::error::{Error, Result, thousands};
 use crate::report::CurveReport;
 
@@ -122,6 +123,18 @@ pub const LEAST_SHARE: f64 = 0.7;
 pub const LEAST_SHARE_OF_LAMBDA: f64 = 0.01;
 
 impl Smoothing {
+    /// The work of a batch with this number of points, read and written together, for
+    /// [`Device::choose`](crate::Device::choose).
+    pub fn work(&self, points: usize) -> Work {
+        // Only the CPU has tubes.
+        let on_host = match self.target {
+            SmoothingTarget::Lambda(_) => 0.0,
+            SmoothingTarget::Deviation(_) => 0.2,
+            SmoothingTarget::Tube(_) => 1.0,
+        };
+        Work { points, cost: 10.0, on_host }
+    }
+
     /// Sentences about the usable curves of a fit with these options: how many closed curves were
     /// smoothed no further than to their share of their size. They alone have a message.
     pub fn notes(&self, reports: &[CurveReport]) -> Vec<String> {

@@ -327,17 +327,26 @@ fn a_fit_with_samples_is_one_submission_of_knots_and_samples() {
 }
 
 #[test]
-fn gentle_fair_curves_take_two_submissions_at_most() {
+fn gentle_fair_curves_are_one_submission_of_points_and_vertices() {
     let Some(gpu) = gpu() else { return };
     let device = Device::from_gpu(gpu).with_precision(Precision::F64);
+    let (curves, points, segments) = (200, 5, 16);
     let point = |k: usize| [(k % 5) as f64, 0.2 * (1.7 * k as f64).sin()];
-    let coords = (0..1_000).flat_map(point).collect();
-    let gentle = CurveBatch::from_ragged(2, coords, (0..=200).map(|i| 5 * i).collect()).unwrap();
-    let fair = Fair { energy: bending(2.0) + 0.1 * length(), segments: Segments::PerSpan(16), ..Fair::default() };
-    fair.fit(&gentle, &device).unwrap();
+    let coords = (0..curves * points).flat_map(point).collect();
+    let gentle = CurveBatch::from_ragged(2, coords, (0..=curves).map(|i| points * i).collect()).unwrap();
+    let fair = Fair { energy: bending(2.0) + 0.1 * length(), segments: Segments::PerSpan(segments), ..Fair::default() };
+    assert_eq!(fair.fit(&gentle, &device).unwrap().usable(), curves);
     let traffic = device.as_gpu().expect("it is one").take_traffic();
     println!("{traffic:?}");
-    assert!(traffic.submissions <= 2 && traffic.dispatches <= 2, "{traffic:?}");
+    assert_eq!(traffic.submissions, 1);
+    assert!(traffic.dispatches <= 20, "{traffic:?}");
+    // In bytes a curve: spans and edges; its system, first knot and slot; its places in the arrays;
+    // four numbers of its descent and four weights.
+    let up = curves * (points * 8 * 3 + 16 + 4 + 4 + 24 + 8 * 8);
+    // Vertices but for the last, which is a data point; a state and a record.
+    let down = curves * ((points - 1) * segments * 16 + 24 + 4 * 8);
+    assert!(traffic.up as usize <= up + 2_000, "{traffic:?}, {up}");
+    assert!(traffic.down as usize <= down + 100, "{traffic:?}, {down}");
 }
 
 #[test]

@@ -4,7 +4,7 @@ use faircurve::discrete::Fair;
 use faircurve::scf::Smooth;
 use faircurve::spline::{Natural, Smoothing, SurfaceSpline};
 use faircurve::surface::Surface;
-use faircurve::{CurveBatch, Device, Fit, Result, Sampling};
+use faircurve::{CurveBatch, Device, Fit, Result, Sampling, Work};
 
 /// A method with its options.
 #[derive(Debug)]
@@ -17,6 +17,17 @@ pub enum Method {
 }
 
 impl Method {
+    /// The work of a batch with this number of points, read and written together.
+    pub fn work(&self, points: usize) -> Work {
+        match self {
+            Method::Natural(natural) => natural.work(points),
+            Method::Smoothing(smoothing) => smoothing.work(points),
+            Method::InSurface(spline) => spline.work(points),
+            Method::Fair(fair) => fair.work(points),
+            Method::Scf(smooth) => smooth.work(points),
+        }
+    }
+
     /// What is worth a line about curves that are usable.
     pub fn notes(&self, fit: &Fit) -> Vec<String> {
         match self {

@@ -3,16 +3,19 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use super::{DescentState, Job, TERMINATIONS, reach, side};
-use crate::discrete::lane::TerminationStatus;
+use super::{DescentState, Job, descent_kernel, reach, side, termination};
+use crate::discrete::compose::Composition;
+use crate::discrete::energy::Energy;
+use crate::discrete::plan::Plan;
 use crate::discrete::problem::{Outcome, Problem};
-use crate::gpu::{Buffer, Downloaded, Recording};
+use crate::gpu::{Buffer, Downloaded, KernelKey, Recording};
 use crate::linalg::block_ring::scratch_numbers;
 use crate::parallel;
+use crate::precision::Precision;
 
 /// The numbers per curve in `lanes` before its weights, and how many of them the host writes.
-const NUMBERS: usize = 13;
-const GIVEN: usize = 3;
+pub(in crate::discrete) const NUMBERS: usize = 14;
+pub(in crate::discrete) const GIVEN: usize = 4;
 
 /// The numbers of a row that hold a vertex, except for the tangent: its stiffness and
 /// [`Anchor`](crate::discrete::energy::Anchor).
@@ -30,7 +33,7 @@ const REPORTED: usize = GIVEN + 1;
 const NORM2: usize = GIVEN + 2;
 
 /// `TERMINATION_STATUS_LEFT`: the kernel gave up and the host descends the curve.
-const LEFT: u32 = 7;
+pub(in crate::discrete) const LEFT: u32 = 7;
 
 /// The number of curves that a thread unpacks at a time.
 const UNPACKED_TOGETHER: usize = 32;
@@ -48,28 +51,58 @@ pub(crate) struct DescentCurve {
 }
 
 /// The positions of the curves of a chunk in the arrays.
-pub(super) struct Layout {
+pub(in crate::discrete) struct Layout {
     pub table: Vec<DescentCurve>,
-    /// The loop turns per tick of each curve.
-    pub turns: Vec<usize>,
     pub fixed: usize,
     pub displacements: usize,
     pub work: usize,
 }
 
-impl<const D: usize> Job<'_, D> {
+/// What the layout of a curve depends on.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::discrete) struct Shape {
+    pub vertices: usize,
+    pub closed: bool,
+}
+
+impl Shape {
+    pub fn segments(&self) -> usize {
+        self.vertices - usize::from(!self.closed)
+    }
+}
+
+/// A form of the kernel, with the arrays that it needs.
+pub(in crate::discrete) struct Form<'a> {
+    pub plan: &'a Plan,
+    pub energy: &'a Energy,
+    pub composition: Composition,
+    pub dimension: usize,
+    pub lanes: usize,
+}
+
+impl Form<'_> {
     fn is_attached(&self) -> bool {
         self.composition.definitions.contains_key("ATTACHMENT")
     }
 
+    /// The number of curves interleaved in memory.
+    pub fn side(&self) -> usize {
+        side(self.lanes)
+    }
+
+    /// Its kernel.
+    pub fn kernel(&self, precision: Precision) -> KernelKey {
+        descent_kernel(&self.composition, self.plan, self.lanes, precision)
+    }
+
     /// The numbers per row in `fixed`.
-    fn fixed_numbers(&self) -> usize {
-        self.place_number() + if self.is_in_surfaces() { D } else { 0 }
+    pub fn fixed_numbers(&self) -> usize {
+        self.place_number() + if self.is_in_surfaces() { self.dimension } else { 0 }
     }
 
     /// The position of a vertex's coordinates in a row, for curves in surfaces.
     fn place_number(&self) -> usize {
-        self.region_number() + self.run.energy.regions() * (2 * D + REGION)
+        self.region_number() + self.energy.regions() * (2 * self.dimension + REGION)
     }
 
     fn is_in_surfaces(&self) -> bool {
@@ -83,76 +116,83 @@ impl<const D: usize> Job<'_, D> {
 
     /// The position of the region penalties in a row, if there are any.
     fn region_number(&self) -> usize {
-        self.penalty_number() + PENALTY * self.run.energy.penalties().into_iter().filter(|has| *has).count()
+        self.penalty_number() + PENALTY * self.energy.penalties().into_iter().filter(|has| *has).count()
     }
 
     /// The position of 1/w² in a row, if the energy needs it.
     fn taut_number(&self) -> usize {
-        if self.is_attached() { 3 * D + 2 + HELD } else { D + 2 }
+        if self.is_attached() { 3 * self.dimension + 2 + HELD } else { self.dimension + 2 }
     }
 
     fn is_taut(&self) -> bool {
         self.composition.definitions.contains_key("TAUT")
     }
 
-    pub(super) fn layout(&self, curves: &[usize]) -> Layout {
-        let mut layout = Layout { table: vec![], turns: vec![], fixed: 0, displacements: 0, work: 0 };
-        let side = side(self.lanes);
-        for group in curves.chunks(side) {
-            let members = || group.iter().map(|&i| self.run.problems[i]);
-            let rows = members().map(Problem::vertices).max().unwrap_or(0);
-            layout.work +=
-                if members().any(|problem| problem.closed) { self.border_numbers() * rows * side } else { 0 };
-            for (place, &i) in group.iter().enumerate() {
-                let problem = self.run.problems[i];
+    /// The places of curves of these shapes, those of similar sizes next to each other.
+    pub fn layout(&self, shapes: &[Shape]) -> Layout {
+        let mut layout = Layout { table: vec![], fixed: 0, displacements: 0, work: 0 };
+        let (side, d) = (self.side(), self.dimension);
+        for group in shapes.chunks(side) {
+            let rows = group.iter().map(|shape| shape.vertices).max().unwrap_or(0);
+            let has_border = group.iter().any(|shape| shape.closed);
+            layout.work += if has_border { self.border_numbers() * rows * side } else { 0 };
+            for (place, shape) in group.iter().enumerate() {
                 layout.table.push(DescentCurve {
                     fixed_start: (layout.fixed + place) as u32,
                     displacement_start: (layout.displacements + place) as u32,
                     work_start: (layout.work + place) as u32,
                     stride: rows as u32,
-                    segments: problem.base.len() as u32,
-                    closed: problem.closed.into(),
+                    segments: shape.segments() as u32,
+                    closed: shape.closed.into(),
                 });
-                layout.turns.push(self.run.turns(self.lanes, i));
             }
             layout.fixed += rows * self.fixed_numbers() * side;
-            layout.displacements += rows * D * side;
+            layout.displacements += rows * d * side;
             layout.work += self.work_numbers(rows) * side;
         }
         layout
     }
 
+    /// The numbers of one of many curves of a shape in `work`.
+    pub fn work_of(&self, shape: Shape) -> usize {
+        let border = if shape.closed { self.border_numbers() * shape.vertices } else { 0 };
+        border + self.work_numbers(shape.vertices)
+    }
+
     /// The numbers per row of a closed curve before all other sections.
     fn border_numbers(&self) -> usize {
-        if self.lanes == 1 { 2 * D * D } else { 0 }
+        if self.lanes == 1 { 2 * self.dimension * self.dimension } else { 0 }
     }
 
     /// The numbers in all sections of a curve.
     fn work_numbers(&self, rows: usize) -> usize {
         // The matrices per row, and the numbers needed once: factors, or blocks with the shared
         // memory of lanes.
-        let order = reach(self.run.plan);
+        let (order, d) = (reach(self.plan), self.dimension);
         let (matrices, once) = match self.lanes {
             1 => (2, 0),
-            lanes => (order + 1, scratch_numbers(rows, order, D, lanes)),
+            lanes => (order + 1, scratch_numbers(rows, order, d, lanes)),
         };
-        let in_surface = if self.is_in_surfaces() { 2 + D } else { 0 };
-        rows * (3 * D + 1 + in_surface + matrices * D * D) + once
+        let in_surface = if self.is_in_surfaces() { 2 + d } else { 0 };
+        rows * (3 * d + 1 + in_surface + matrices * d * d) + once
     }
 
-    pub(super) fn numbers(&self) -> usize {
+    /// The numbers per curve in `lanes`.
+    pub fn numbers(&self) -> usize {
         NUMBERS + self.composition.width()
     }
+}
 
+impl<const D: usize> Job<'_, D> {
     /// Uploads the numbers that the host writes.
     pub(super) fn upload_given(&self, recording: &mut Recording<'_>, curves: &[usize]) -> Buffer {
-        let ends: Vec<usize> = (0..=curves.len()).map(|slot| slot * self.numbers()).collect();
+        let ends: Vec<usize> = (0..=curves.len()).map(|slot| slot * self.form.numbers()).collect();
         recording.upload_parts(&ends, |slot, given| self.give(self.run.problems[curves[slot]], given))
     }
 
     /// Uploads the rows that do not change.
     pub(super) fn upload_fixed(&self, recording: &mut Recording<'_>, curves: &[usize], layout: &Layout) -> Buffer {
-        let side = side(self.lanes);
+        let side = self.form.side();
         // A group begins with its first curve.
         let starts = layout.table.iter().step_by(side).map(|table| table.fixed_start as usize);
         let ends: Vec<usize> = starts.chain([layout.fixed]).collect();
@@ -166,8 +206,9 @@ impl<const D: usize> Job<'_, D> {
     fn give(&self, problem: &Problem<D>, given: &mut [f64]) {
         // Numbers that the kernel must write first are NaN, so that a premature read shows.
         given.fill(f64::NAN);
-        given[..GIVEN].copy_from_slice(&[problem.highest, problem.tolerance, problem.longest]);
-        let weights = self.composition.entries(&problem.weights, problem.regularisation);
+        // The tolerance allows for rounding already.
+        given[..GIVEN].copy_from_slice(&[problem.highest, problem.tolerance, problem.longest, 0.0]);
+        let weights = self.form.composition.entries(&problem.weights, problem.regularisation);
         given[NUMBERS..].iter_mut().zip(weights).for_each(|(to, x)| *to = x);
         if let Some(surface) = &problem.surface {
             let numbers = surface.numbers();
@@ -178,21 +219,21 @@ impl<const D: usize> Job<'_, D> {
 
     /// Writes the rows of a curve at its place in the group.
     fn fix(&self, problem: &Problem<D>, place: usize, fixed: &mut [f64]) {
-        let (width, side, rows) = (self.fixed_numbers(), side(self.lanes), problem.vertices());
+        let (width, side, rows) = (self.form.fixed_numbers(), self.form.side(), problem.vertices());
         let at = |row: usize, number: usize| place + (row * width + number) * side;
         for (j, edge) in problem.base.iter().enumerate() {
             (0..D).for_each(|c| fixed[at(j, c)] = edge[c]);
             fixed[at(j, D)] = problem.free[(j + 1) % rows];
         }
-        if self.is_taut() {
-            let number = self.taut_number();
+        if self.form.is_taut() {
+            let number = self.form.taut_number();
             problem.taut.iter().enumerate().for_each(|(j, &taut)| fixed[at(j, number)] = taut);
         }
         let kinds = (0..problem.penalties.len()).filter(|&kind| self.run.energy.penalties()[kind]);
         for (place, penalties) in
             kinds.map(|kind| &problem.penalties[kind]).enumerate().filter(|(_, all)| !all.is_empty())
         {
-            let number = self.penalty_number() + PENALTY * place;
+            let number = self.form.penalty_number() + PENALTY * place;
             for j in 0..problem.base.len() {
                 let penalty = penalties[(j + 1) % rows];
                 let numbers = [penalty.slope, penalty.reach, penalty.stiffness];
@@ -200,15 +241,15 @@ impl<const D: usize> Job<'_, D> {
             }
         }
         for (layer, regions) in problem.regions.iter().enumerate() {
-            let number = self.region_number() + layer * (2 * D + REGION);
+            let number = self.form.region_number() + layer * (2 * D + REGION);
             for (row, penalty) in regions.iter().enumerate() {
                 let scalars = [penalty.span, penalty.plane, penalty.bend, penalty.reach, penalty.stiffness];
                 let numbers = penalty.foot.iter().chain(&penalty.axis).chain(&scalars);
                 numbers.enumerate().for_each(|(k, x)| fixed[at(row, number + k)] = *x);
             }
         }
-        if self.is_in_surfaces() {
-            let number = self.place_number();
+        if self.form.is_in_surfaces() {
+            let number = self.form.place_number();
             let places = problem.places.iter().enumerate();
             places.for_each(|(row, place)| (0..D).for_each(|c| fixed[at(row, number + c)] = place[c]));
         }
@@ -235,15 +276,12 @@ impl<const D: usize> Job<'_, D> {
         let (lanes, displacements) = (results[1].numbers(), results[2].numbers());
         let found = parallel::map(curves.len(), UNPACKED_TOGETHER, |slot| {
             let (state, table) = (&states[slot], &layout.table[slot]);
-            let lane = |number: usize| lanes.at(slot * self.numbers() + number);
-            let word = |row: usize, c: usize| table.displacement_start as usize + (row * D + c) * side(self.lanes);
+            let lane = |number: usize| lanes.at(slot * self.form.numbers() + number);
+            let word = |row: usize, c: usize| table.displacement_start as usize + (row * D + c) * self.form.side();
             let row = |row: usize| std::array::from_fn(|c| displacements.at(word(row, c)));
             Outcome {
                 displacements: (0..self.run.problems[curves[slot]].vertices()).map(row).collect(),
-                termination: TERMINATIONS
-                    .into_iter()
-                    .find(|own| *own as u32 == state.termination)
-                    .unwrap_or(TerminationStatus::Broken),
+                termination: termination(state.termination),
                 energy: lane(REPORTED),
                 norm: lane(NORM2).sqrt(),
                 iterations: state.iterations,

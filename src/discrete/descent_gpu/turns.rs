@@ -33,7 +33,7 @@ impl<const D: usize> Run<'_, D> {
 /// subgroup.
 ///
 /// It counts the loops over rows in the kernel's code, and some turns for the windows.
-pub(super) fn loop_turns(order: usize, lanes: usize, rows: usize) -> usize {
+pub(in crate::discrete) fn loop_turns(order: usize, lanes: usize, rows: usize) -> usize {
     if lanes > 1 {
         // The base; the blocks and the vertices before the chunk; the ring, four times; the step
         // and its length; sums and edges. Each lane also sums the results of the other lanes and of

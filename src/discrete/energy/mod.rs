@@ -158,7 +158,7 @@ pub(crate) use monotone::Monotone;
 pub(crate) use penalty::{LIMIT_KINDS, LimitTerms, MOST_DIRECTIONS, Penalty};
 pub(crate) use region_penalty::RegionPenalty;
 pub use sum::Energy;
-pub(crate) use tautness::of_spans;
+pub(crate) use tautness::{of_chords, of_spans};
 pub use torsion::TORSION_CURVATURE;
 
 use crate::linalg::Scalar;

@@ -74,12 +74,16 @@ pub(crate) fn of_spans<const D: usize>(points: &[Vector<f64, D>], rows: &[u32], 
     // Spans between repeated points have no edge and no direction.
     let spans: Vec<usize> = (1..rows.len()).map(|k| k - 1).filter(|&k| rows[k] < rows[k + 1]).collect();
     let chord = |&k: &usize| subtract(points[(k + 1) % points.len()], points[k]).map(|x| x / size);
-    let chords: Vec<Vector<f64, D>> = spans.iter().map(chord).collect();
-    let lengths: Vec<f64> = chords.iter().map(|chord| dot(*chord, *chord).sqrt()).collect();
-    let cosine = |before: usize, after: usize| dot(chords[before], chords[after]) / (lengths[before] * lengths[after]);
     let mut taut = vec![0.0; rows.last().map_or(0, |&last| last as usize)];
-    for (&span, width) in spans.iter().zip(widths(&lengths, closed, cosine)) {
-        taut[rows[span] as usize..rows[span + 1] as usize].fill(1.0 / (width * width));
+    for (&span, own) in spans.iter().zip(of_chords(spans.iter().map(chord).collect(), closed)) {
+        taut[rows[span] as usize..rows[span + 1] as usize].fill(own);
     }
     taut
+}
+
+/// 1/w² of every span, from the chords.
+pub(crate) fn of_chords<const D: usize>(chords: Vec<Vector<f64, D>>, closed: bool) -> impl Iterator<Item = f64> {
+    let lengths: Vec<f64> = chords.iter().map(|chord| dot(*chord, *chord).sqrt()).collect();
+    let cosine = |before: usize, after: usize| dot(chords[before], chords[after]) / (lengths[before] * lengths[after]);
+    widths(&lengths, closed, cosine).into_iter().map(|width| 1.0 / (width * width))
 }
