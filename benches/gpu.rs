@@ -2,18 +2,15 @@
 //! device's own clock?
 //!
 //! A table, not a sampling harness: kernel times come from timestamps on the device. Each rate also
-//! as a fraction of its bound, the bytes that an on-chip solve must move over the bandwidth: that
-//! of this machine's copy for a software adapter, or `FAIRCURVE_BANDWIDTH` in GB/s for a hardware
-//! one. `FAIRCURVE_ADAPTER` chooses the adapter. The systems are those of `benches/peers/tridiagonal.py`.
+//! as a fraction of its bound, the bytes that an on-chip solve must move over the bandwidth that the
+//! device reads and writes 512 MiB with, or `FAIRCURVE_BANDWIDTH` in GB/s. `FAIRCURVE_ADAPTER`
+//! chooses the adapter. The systems are those of `benches/peers/tridiagonal.py`.
 
 use faircurve::gpu::Gpu;
 use faircurve::linalg::ring::{RingKernel, solve_on_gpu};
 use faircurve::linalg::{Cyclic, Matrix, TridiagonalBatch, solve_tridiagonal_batch};
 use faircurve::spline::Natural;
-use faircurve::{CurveBatch, Device, Precision, Sampling};
-
-#[path = "common/bandwidth.rs"]
-mod bandwidth;
+use faircurve::{Costs, CurveBatch, Device, Precision, Sampling};
 
 /// Runs of each case; the median counts.
 const RUNS: usize = 7;
@@ -26,7 +23,8 @@ fn main() {
         Err(error) => return println!("no GPU to measure: {error}"),
     };
     let given = std::env::var("FAIRCURVE_BANDWIDTH").ok().and_then(|text| text.parse::<f64>().ok());
-    let bandwidth = given.map_or_else(bandwidth::copy_bandwidth, |gigabytes| gigabytes * 1e9);
+    let measured = || Costs::bandwidth(&gpu).expect("every device adds");
+    let bandwidth = given.map_or_else(measured, |gigabytes| gigabytes * 1e9);
     let summary = gpu.summary();
     println!("{} ({}), {}; bound by {:.1} GB/s", summary.name, summary.driver, summary.kind, bandwidth / 1e9);
     tridiagonal(&gpu, bandwidth, if measure { 1 << 20 } else { 1 << 12 });

@@ -2,15 +2,16 @@
 # What a GPU does, on a machine that has one and nothing else: no network, no toolchain.
 #
 #   benches/hardware.sh pack FOLDER    here: builds, and puts all that is needed into FOLDER (some 40 MB)
-#   FOLDER/hardware.sh [OUT]           there: runs it, within 8 minutes; writes OUT/hardware.md, hardware.json and logs
+#   FOLDER/hardware.sh [OUT]           there: runs it, within 6 minutes; writes OUT/hardware.md, hardware.json and logs
 #
-# It asks the doctor, runs the GPU's tests, compares every method on the data that ships with the CPU in f64, and
-# measures throughput. A part that fails is named at the end, with status 1; the other parts run all the same. Where there
-# are python3 and NumPy it also measures peers on the same card, those whose packages it finds: cuSPARSE, JAX, PyTorch.
+# What says most comes first: the doctor; every method's whole calls, first and later ones, beside the CPU (f64 before
+# f32, lanes last); peers on the same card; rows a second of the ring kernels; results compared with the CPU's on the data
+# that ships; and the GPU's tests, as far as time is left (status 124: it was over). A part that fails is named at the end,
+# with status 1; the other parts run all the same. Peers are those whose packages python3 has: cuSPARSE, JAX, PyTorch.
 #
 # VK_DRIVER_FILES       the driver file (ICD), where the loader finds none or a wrong one
-# FAIRCURVE_BANDWIDTH   the card's memory bandwidth in GB/s: natural splines are given as a share of it
-# FAIRCURVE_SECONDS     seconds for throughput, 240 if not set
+# FAIRCURVE_BANDWIDTH   the memory's bandwidth in GB/s that rows are a share of, if not the one that is measured
+# FAIRCURVE_SECONDS     seconds for whole calls, 150 if not set
 # FAIRCURVE_QUICK       set it to run the smallest sizes only, and few of the tests
 # FAIRCURVE_PYTHON      the Python that has the peers' packages, python3 if not set
 # FAIRCURVE_AS_TESTED   set it to pack programs as the tests have built them, which are not for measuring
@@ -63,38 +64,10 @@ part() {
 }
 
 part doctor 60 "$here/faircurve" doctor
-# Those that read sources, start a browser or ask another driver's compiler stay where the sources are.
-only=()
-[[ -z ${FAIRCURVE_QUICK:-} ]] || only=(conformance_linalg)
-part tests 180 "$here/gpu-tests" ${only[@]+"${only[@]}"} --skip twins:: --skip browser:: --skip compilers::
-
-compare() {
-  local name=$1
-  shift
-  part "compare-$name" 100 "$here/faircurve" compare "$@" --device gpu
-}
-storms=$here/data/storms.csv.gz countries=$here/data/countries-110m.geojson
-columns=(--columns x=lon,y=lat,curve=id)
-compare natural "$storms" "${columns[@]}"
-compare smoothing "$storms" "${columns[@]}" --method smoothing --smoothing 0.1
-compare countries "$countries"
-# In f32 some of these curves end in another minimum, or not, in software too: they are told, not judged.
-told() {
-  local name=$1 before=${#failed[@]}
-  compare "$@"
-  ((${#failed[@]} == before)) || unset 'failed[-1]'
-  grep -E '^(GPU|f32:|f64:)' "$out/compare-$name.log" || true
-}
-if [[ -z ${FAIRCURVE_QUICK:-} ]]; then
-  told deviation "$countries" --deviation 0.2
-  told fair "$countries" --method fair --energy bending=1,length=0.1
-  told scf "$countries" --method scf
-fi
 
 measure=(--bench)
 [[ -z ${FAIRCURVE_QUICK:-} ]] || measure=()
-part throughput 300 "$here/throughput" ${measure[@]+"${measure[@]}"}
-part rows 60 "$here/rows" ${measure[@]+"${measure[@]}"}
+part throughput 220 "$here/throughput" ${measure[@]+"${measure[@]}"}
 
 # The same fair curves by faircurve on the card and by JAX on it, and the same tridiagonal systems.
 peers() {
@@ -119,9 +92,44 @@ python=${FAIRCURVE_PYTHON:-python3}
 if "$python" -c 'import numpy' 2>/dev/null; then
   export -f peers
   export here out
-  part peers 200 bash -euo pipefail -c 'peers "$1"' - "$python"
+  part peers 90 bash -euo pipefail -c 'peers "$1"' - "$python"
 else
   echo 'Peers: not measured, there is no python3 with NumPy.' | tee "$out/peers.log"
+fi
+
+part rows 60 "$here/rows" ${measure[@]+"${measure[@]}"}
+
+compare() {
+  local name=$1
+  shift
+  part "compare-$name" 100 "$here/faircurve" compare "$@" --device gpu
+}
+storms=$here/data/storms.csv.gz countries=$here/data/countries-110m.geojson
+columns=(--columns x=lon,y=lat,curve=id)
+compare natural "$storms" "${columns[@]}"
+compare smoothing "$storms" "${columns[@]}" --method smoothing --smoothing 0.1
+compare countries "$countries"
+# In f32 some of these curves end in another minimum, or not, in software too: they are told, not judged.
+told() {
+  local name=$1 before=${#failed[@]}
+  compare "$@"
+  ((${#failed[@]} == before)) || unset 'failed[-1]'
+  grep -E '^(GPU|f32:|f64:)' "$out/compare-$name.log" || true
+}
+if [[ -z ${FAIRCURVE_QUICK:-} ]]; then
+  told deviation "$countries" --deviation 0.2
+  told fair "$countries" --method fair --energy bending=1,length=0.1
+  told scf "$countries" --method scf
+fi
+
+# Those that read sources, start a browser or ask another driver's compiler stay where the sources are.
+only=()
+[[ -z ${FAIRCURVE_QUICK:-} ]] || only=(conformance_linalg)
+left=$((360 - (SECONDS - start)))
+if ((left > 20)); then
+  part tests "$left" "$here/gpu-tests" ${only[@]+"${only[@]}"} --skip twins:: --skip browser:: --skip compilers::
+else
+  echo 'Tests: no time was left.'
 fi
 
 {

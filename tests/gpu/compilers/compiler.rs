@@ -4,6 +4,7 @@
 #![allow(unsafe_code)]
 
 use std::collections::BTreeMap;
+use std::time::Instant;
 
 use ash::vk;
 use faircurve::gpu::KernelKey;
@@ -13,6 +14,8 @@ use naga::back::spv;
 /// What a compiler says of a form.
 #[derive(Clone, Debug, Default)]
 pub struct Compiled {
+    /// Numbers by the names that the driver gives them; and `SPIR-V size` in bytes, `Compilation` in
+    /// milliseconds.
     pub statistics: BTreeMap<String, u64>,
 }
 
@@ -124,8 +127,10 @@ impl Compiler {
                 .flags(vk::PipelineCreateFlags::CAPTURE_STATISTICS_KHR)
                 .stage(stage)
                 .layout(layout);
+            let start = Instant::now();
             let made = device.create_compute_pipelines(vk::PipelineCache::null(), &[pipeline], None);
             let pipeline = made.map_err(|(_, error)| error)?[0];
+            let own = [("SPIR-V size", 4 * words.len() as u64), ("Compilation", start.elapsed().as_millis() as u64)];
             let executable = vk::PipelineExecutableInfoKHR::default().pipeline(pipeline).executable_index(0);
             let found = self.executables.get_pipeline_executable_statistics(&executable)?;
             let number = |own: &vk::PipelineExecutableStatisticKHR| match own.format {
@@ -137,7 +142,8 @@ impl Compiler {
             let word = |own: &vk::PipelineExecutableStatisticKHR| {
                 own.name_as_c_str().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
             };
-            let statistics = found.iter().map(|own| (word(own), number(own))).collect();
+            let own = own.into_iter().map(|(name, number)| (name.to_string(), number));
+            let statistics = found.iter().map(|own| (word(own), number(own))).chain(own).collect();
             device.destroy_pipeline(pipeline, None);
             device.destroy_shader_module(module, None);
             device.destroy_pipeline_layout(layout, None);
