@@ -114,7 +114,7 @@ class Fit:
             shape = (shape[0], values.size // max(1, shape[0] * int(np.prod(inner))))
         return values.reshape(*shape, *inner)
 
-    def sample(self, count: int | None = None, *, per_span: int | None = None, points: int | None = None, spacing: float | None = None) -> Any:
+    def sample(self, count: int | None = None, *, per_span: int | None = None, points: int | None = None, spacing: float | None = None, out: Floats | None = None) -> Any:
         """Points along the curves, as the kind of thing that was fitted.
 
         Parameters
@@ -127,10 +127,13 @@ class Fit:
             So many samples of each curve at equal arc lengths.
         spacing : float
             Samples at equal arc lengths, at most this far apart.
+        out : array
+            Memory for the samples, C-contiguous float64 of any shape with as many numbers. Memory that is kept saves most
+            of the time that new memory takes.
 
         Returns
         -------
-        What came in: an array (B, m, d), a list of arrays, a GeoSeries, a pyarrow array, …
+        What came in, arrays over the memory of `out` if it is given: an array (B, m, d), a list of arrays, a GeoSeries, a pyarrow array, …
         A closed curve has every sample once; rings of shapely repeat the first at their end.
         """
         given = [("count", count), ("per_span", per_span), ("points", points), ("spacing", spacing)]
@@ -140,7 +143,8 @@ class Fit:
         how, value = asked[0] if asked else ("per_span", 16)
         if not value > 0:
             raise ValueError(f"{how} is {value}; it must be positive")
-        coords, offsets = self._fit.sample(how, float(value))
+        flat = None if out is None else _writable(out)
+        coords, offsets = self._fit.sample(how, float(value), flat)
         return self._curves.back(coords.reshape(-1, self._dimension), offsets, self._closed())
 
     @property
@@ -248,3 +252,10 @@ def _pieces(chain: Floats, ring: bool) -> Floats:
     count = max(0, (len(chain) - 1) // 3)
     index = 3 * np.arange(count)[:, None] + np.arange(4)
     return np.asarray(chain[index])
+
+
+def _writable(out: Floats) -> Floats:
+    """The numbers of an array that the caller keeps, flat and not copied."""
+    if not isinstance(out, np.ndarray) or out.dtype != np.float64 or not out.flags.c_contiguous or not out.flags.writeable:
+        raise ValueError("out must be a writable, C-contiguous array of float64")
+    return out.reshape(-1)

@@ -159,8 +159,15 @@ impl Fit {
         columns(py, self.fit.reports())
     }
 
-    /// Samples: "count", "per_span", "points" or "spacing".
-    fn sample<'py>(&self, py: Python<'py>, how: &str, value: f64) -> PyResult<Arrays<'py>> {
+    /// Samples: "count", "per_span", "points" or "spacing". With `out` they are written there.
+    #[pyo3(signature = (how, value, out=None))]
+    fn sample<'py>(
+        &self,
+        py: Python<'py>,
+        how: &str,
+        value: f64,
+        out: Option<Bound<'py, PyArray1<f64>>>,
+    ) -> PyResult<Arrays<'py>> {
         let sampling = match how {
             "count" => Sampling::Count(value as usize),
             "per_span" => Sampling::PerSpan(value as usize),
@@ -168,16 +175,30 @@ impl Fit {
             _ => Sampling::Spacing(value),
         };
         sampling.check(&self.batch.get().batch).map_err(crate::error)?;
-        let Some(offsets) = self.fit.sample_offsets(sampling) else {
-            let samples = at_once(py, || self.fit.polylines(sampling))?;
-            return Ok(arrays(py, samples));
+        let offsets = self.fit.sample_offsets(sampling);
+        let samples = match (&offsets, &out) {
+            (None, None) => return Ok(arrays(py, at_once(py, || self.fit.polylines(sampling))?)),
+            (None, Some(_)) => Some(at_once(py, || self.fit.polylines(sampling))?),
+            (Some(_), _) => None,
         };
+        let offsets = offsets.unwrap_or_else(|| samples.iter().flat_map(|own| own.offsets()).copied().collect());
         let total = offsets.last().copied().unwrap_or(0) * self.dimension();
-        // NumPy asks for large pages, which take far less time to write to for the first time.
-        let coords = py.import("numpy")?.call_method1("empty", (total,))?.cast_into::<PyArray1<f64>>()?;
+        let coords = match out {
+            Some(out) => out,
+            // NumPy asks for large pages, which take far less time to write to for the first time.
+            None => py.import("numpy")?.call_method1("empty", (total,))?.cast_into::<PyArray1<f64>>()?,
+        };
         let mut writable = coords.try_readwrite()?;
         let numbers = writable.as_slice_mut()?;
-        at_once(py, || self.fit.sample_into(sampling, numbers))?;
+        if numbers.len() != total {
+            let (found, d) = (numbers.len(), self.dimension());
+            let message = format!("out has {found} numbers; {} samples have {total}, {d} each", total / d);
+            return Err(PyValueError::new_err(message));
+        }
+        match samples {
+            Some(samples) => numbers.copy_from_slice(samples.coords()),
+            None => at_once(py, || self.fit.sample_into(sampling, numbers))?,
+        }
         drop(writable);
         let offsets: Vec<i64> = offsets.into_iter().map(|offset| offset as i64).collect();
         Ok((coords, offsets.into_pyarray(py)))

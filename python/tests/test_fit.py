@@ -21,6 +21,22 @@ def test_values_have_the_shapes_of_their_parameters():
     assert np.allclose(fit(1e9), CURVES[:, -1]) and np.isnan(fit(np.nan)).all()
 
 
+def test_samples_are_written_into_memory_that_the_caller_keeps():
+    curves = np.random.default_rng(7).normal(size=(5, 6, 2)).cumsum(axis=1)
+    for fit in (fc.Natural().fit(curves), fc.Fair().fit(curves)):
+        out = np.empty((5, 12, 2))
+        found = fit.sample(12, out=out)
+        assert np.shares_memory(found, out) and found.shape == out.shape
+        assert np.array_equal(out, fit.sample(12))
+        flat = np.empty(5 * (5 * 3 + 1) * 2)
+        assert np.array_equal(fit.sample(per_span=3, out=flat).reshape(-1), flat)
+        with pytest.raises(ValueError, match="out has 100 numbers; 60 samples have 120, 2 each"):
+            fit.sample(12, out=np.empty(100))
+        for wrong in (np.empty((5, 12, 2), np.float32), np.empty((5, 12, 4))[:, :, ::2], [0.0] * 120):
+            with pytest.raises(ValueError, match="out must be a writable, C-contiguous array of float64"):
+                fit.sample(12, out=wrong)
+
+
 def test_samples_are_taken_by_number_by_span_by_length_and_by_spacing():
     fit = fc.Natural().fit(CURVES)
     assert fit.sample(17).shape == (30, 17, 2) and fit.sample(per_span=3).shape == (30, 16, 2)
