@@ -116,7 +116,7 @@ class Natural:
 
 @dataclass(frozen=True)
 class Smoothing:
-    """Smoothing splines near the points. Give one of the three amounts.
+    """Smoothing splines near the points. Give one of the four amounts.
 
     Parameters
     ----------
@@ -127,6 +127,9 @@ class Smoothing:
         curve's size (the diagonal of the box around its points), such as ``"2%"``.
     tube : float or str
         The curve of least bending within this distance of every point.
+    within : float or str
+        The same within this distance of the whole polygon, and the polygon within it of the curve: for maps and drawings. Long
+        straight lines stay straight, and closed curves keep their area.
     pin_ends : bool
         Whether the ends of open curves stay where they are.
     parametrisation : {"auto", "chord", "centripetal", "uniform", "given"}
@@ -147,6 +150,7 @@ class Smoothing:
     lam: float | None = None
     deviation: float | str | None = None
     tube: float | str | None = None
+    within: float | str | None = None
     pin_ends: bool = True
     parametrisation: Parametrisation = "auto"
     surface: Surface | None = None
@@ -158,10 +162,10 @@ class Smoothing:
 
         The other arguments are those of :meth:`Natural.fit`.
         """
-        amounts = [("lam", self.lam), ("deviation", self.deviation), ("tube", self.tube)]
+        amounts = [("lam", self.lam), ("deviation", self.deviation), ("tube", self.tube), ("within", self.within)]
         asked = [(name, value) for name, value in amounts if value is not None]
         if len(asked) != 1:
-            raise TypeError("give one of lam, deviation and tube: Smoothing(lam=0.1)")
+            raise TypeError("give one of lam, deviation, tube and within: Smoothing(lam=0.1)")
         name, value = asked[0]
         if not isinstance(value, str) and not (value >= 0 if name == "lam" else value > 0):
             raise ValueError(f"{name} is {value}; it must be {'0 or ' if name == 'lam' else ''}a positive number")

@@ -2,7 +2,7 @@
 
 use faircurve::discrete::{Energy, Expression, Fair, Limits, MOST_EDGES, Region, Segments};
 use faircurve::scf::{Smooth, Start};
-use faircurve::spline::{Ends, Natural, Parametrisation, Smoothing, SmoothingTarget, SurfaceSpline};
+use faircurve::spline::{Band, Ends, Natural, Parametrisation, Smoothing, SmoothingTarget, SurfaceSpline};
 use faircurve::{CurveBatch, Deviation, Device, Work};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -112,7 +112,23 @@ pub fn smoothing(
     let target = match amount {
         "lam" => SmoothingTarget::Lambda(value.parse()?),
         "deviation" => SmoothingTarget::Deviation(distance()?),
-        _ => SmoothingTarget::Tube(distance()?),
+        "tube" => SmoothingTarget::Tube(distance()?),
+        _ => {
+            if !["auto", "chord"].contains(&parametrisation) {
+                let message =
+                    format!("parametrisation is {parametrisation:?}; within goes by arc length: leave it out");
+                return Err(PyValueError::new_err(message));
+            }
+            let mut method = Band::within(distance()?);
+            method.pin_ends = pin_ends;
+            return fitted(
+                py,
+                batch,
+                Place::new(device, precision)?,
+                |points| method.work(points),
+                |batch, device| method.fit(batch, device),
+            );
+        }
     };
     let method = Smoothing { target, pin_ends, parametrisation: self::parametrisation(parametrisation)? };
     fitted(

@@ -315,3 +315,18 @@ def _places(angles):
 def _angles(places):
     x, y, z = places.T
     return np.degrees(np.stack([np.arctan2(y, x), np.arcsin(z)], axis=1))
+
+
+def test_curves_within_a_distance_of_their_polygon_stay_straight_and_keep_their_area():
+    house = np.array([[0, 0], [60, 0], [60, 20], [0, 20.0]])
+    fit = fc.Smoothing(within=1).fit([house], closed=True)
+    points = fit.sample(per_span=64)[0]
+    assert fit.report()["max_deviation"][0] <= 1
+    middle = points[(abs(points[:, 0] - 30) < 15) & (points[:, 1] < 10)]
+    assert len(middle) > 3 and abs(middle[:, 1]).max() < 0.02
+    x, y = points.T
+    assert abs(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)) - 1200) < 1.2
+    with pytest.raises(TypeError, match="give one of lam, deviation, tube and within"):
+        fc.Smoothing(within=1, tube=1).fit([house])
+    with pytest.raises(ValueError, match="within goes by arc length"):
+        fc.Smoothing(within=1, parametrisation="uniform").fit([house])

@@ -12,7 +12,7 @@ use std::str::FromStr;
 use clap::{Args, ValueEnum};
 use faircurve::discrete::{Pins, Solver};
 use faircurve::scf::Smooth;
-use faircurve::spline::{Natural, Parametrisation, Smoothing, SmoothingTarget};
+use faircurve::spline::{Band, Natural, Parametrisation, Smoothing, SmoothingTarget};
 use faircurve::{Deviation, Error, Result};
 
 pub use self::chosen::Method;
@@ -65,7 +65,7 @@ pub struct MethodArgs {
     given: Given,
     /// How curves are fitted [default: natural]
     ///
-    /// With --smoothing, --deviation or --tube the default is smoothing, and with a limit, such as
+    /// With --within, --smoothing, --deviation or --tube the default is smoothing, and with a limit, such as
     /// --max-curvature, or a --surface it is fair.
     #[arg(long, value_enum)]
     method: Option<MethodName>,
@@ -102,6 +102,13 @@ pub struct MethodArgs {
     /// --deviation.
     #[arg(long, value_name = "D", conflicts_with_all = ["smoothing", "deviation"], allow_negative_numbers = true, help_heading = "Near the points")]
     tube: Option<Deviation>,
+    /// Smooth curves within D of the whole polygon, and the polygon within D of them
+    ///
+    /// For maps and drawings, where the lines between points count. Long straight lines stay
+    /// straight, corners are rounded, and closed curves and the regions of a map keep their area.
+    /// D is as for --deviation.
+    #[arg(long, value_name = "D", conflicts_with_all = ["smoothing", "deviation", "tube"], allow_negative_numbers = true, help_heading = "Near the points")]
+    within: Option<Deviation>,
     /// Parameters of the points of natural and smoothing splines [default: auto]
     #[arg(long, value_parser = one_of(Parametrisation::WORDS), help_heading = "Splines")]
     parametrisation: Option<Parametrisation>,
@@ -166,7 +173,7 @@ pub struct MethodArgs {
 impl MethodArgs {
     /// The method asked for by its name, or by an option that only makes sense with it.
     pub fn name(&self) -> MethodName {
-        let near = self.deviation.is_some() || self.smoothing.is_some() || self.tube.is_some();
+        let near = [self.deviation, self.tube, self.within].iter().any(Option::is_some) || self.smoothing.is_some();
         let is_smoothed_in_surface = self.surface.is_given() && self.smoothing.is_some();
         let has_limits = !self.given.of::<LimitArgs>().is_empty() || self.surface.is_given();
         self.method.unwrap_or(match (has_limits && !is_smoothed_in_surface, near) {
@@ -194,8 +201,8 @@ impl MethodArgs {
 
     /// What a caption calls it: the name of the curves and what is asked of them.
     pub fn title(&self) -> String {
-        if let Some(tube) = self.tube {
-            return format!("splines of least bending within {tube}");
+        if let Some(distance) = self.tube.or(self.within) {
+            return format!("splines of least bending within {distance}");
         }
         let asked = [
             (self.name() == MethodName::Fair).then(|| self.energy().to_string()),
@@ -232,6 +239,16 @@ impl MethodArgs {
                 self.refuse_distance("natural splines")?;
                 Ok(Method::Natural(Natural { parametrisation, shape: self.limits.shape(), ..Natural::default() }))
             }
+            MethodName::Smoothing if self.within.is_some() => {
+                if let Some(parametrisation) = self.parametrisation {
+                    return Err(Error::argument(format!(
+                        "--parametrisation {parametrisation} does not go with --within, which goes by arc length"
+                    )));
+                }
+                let within = self.within.map(|within| positive("--within", within)).transpose()?;
+                let band = within.map(Band::within).expect("it is given");
+                Ok(Method::Band(Band { pin_ends: self.pin != Some(Pins::None), ..band }))
+            }
             MethodName::Smoothing => {
                 let target = match (self.lambda()?, self.deviation, self.tube) {
                     (Some(lambda), ..) => SmoothingTarget::Lambda(lambda),
@@ -240,7 +257,7 @@ impl MethodArgs {
                     (None, None, None) => {
                         return Err(Error::argument(
                             "--method smoothing needs to know how far: give --smoothing λ (such as --smoothing 0.1) \
-                             or --deviation D (such as --deviation 0.01, in units of the input), or --tube D",
+                             or --deviation D (such as --deviation 0.01, in units of the input), or --tube D or --within D",
                         ));
                     }
                 };
@@ -310,8 +327,10 @@ impl MethodArgs {
         if self.surface.is_given() && self.name() == Natural && self.limits.shape() {
             return Err(Error::argument("--preserve-shape is that of planar curves: leave it out in a --surface"));
         }
-        if let Some(tube) = self.tube.filter(|_| self.name() != MethodName::Smoothing) {
-            return Err(Error::argument(format!("--tube {tube} belongs to --method smoothing")));
+        for (option, distance) in [("--tube", self.tube), ("--within", self.within)] {
+            if let Some(distance) = distance.filter(|_| self.name() != MethodName::Smoothing) {
+                return Err(Error::argument(format!("{option} {distance} belongs to --method smoothing")));
+            }
         }
         if let Some(parametrisation) = self.parametrisation.filter(|_| matches!(self.name(), Fair | Scf | Geodesic)) {
             return Err(Error::argument(format!(
@@ -320,8 +339,8 @@ impl MethodArgs {
         }
         let owners = |option: &str| -> &[MethodName] {
             match option {
-                "--method" | "--samples" | "--pin" | "--smoothing" | "--deviation" | "--tube" | "--parametrisation"
-                | "--surface" | "--radius" | "--off-surface" => MethodName::value_variants(),
+                "--method" | "--samples" | "--pin" | "--smoothing" | "--deviation" | "--tube" | "--within"
+                | "--parametrisation" | "--surface" | "--radius" | "--off-surface" => MethodName::value_variants(),
                 "--exponent" | "--solver" | "--starts" => &[Fair, Scf],
                 "--tension" => &[Scf],
                 "--max-iterations" | "--tolerance" => &[Fair, Scf, Geodesic],

@@ -24,6 +24,7 @@
 //! | `in_surface` | splines in a surface |
 //! | `piecewise` | polynomials of any number of columns and any conditions at the ends |
 
+mod band;
 mod costs;
 mod cubic;
 mod ends;
@@ -48,6 +49,7 @@ mod tube_rows;
 pub mod uniform;
 mod uniform_gpu;
 
+pub use band::Band;
 pub use cubic::CubicSplines;
 pub use ends::{EndCondition, Ends};
 pub(crate) use gpu::{GROUP, ResidentSplines};

@@ -179,6 +179,19 @@ impl<T: Real> Reinsch<T> {
         moved <= T::from_f64(FAILED_EPSILONS) * T::EPSILON
     }
 
+    /// Solves for other data with the factors of the last [`solve`](Self::solve), without
+    /// refinement.
+    pub fn solve_again(&mut self) {
+        let (n, d, closed) = (self.count, self.dimension, self.closed);
+        second_differences(&self.data, &self.inverse_spans, n, d, closed, |at, x| self.rhs[at] = x);
+        self.moments.copy_from_slice(&self.rhs);
+        self.solve_factored(true);
+        let beta = T::ONE - self.alpha;
+        second_differences(&self.moments, &self.inverse_spans, n, d, closed, |at, x| {
+            self.correction[at] = beta * (self.inverse_weights[at / d] * x);
+        });
+    }
+
     /// Factors αR + βQᵀΩQ, for a closed curve with its last diagonal entry doubled: constants are
     /// in the null space of Q, so that for large λ the matrix itself is singular to rounding.
     fn factor(&mut self, alpha: T, beta: T) -> bool {

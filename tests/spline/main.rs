@@ -3,6 +3,7 @@
 #[path = "../common/sides.rs"]
 mod sides;
 
+mod band;
 mod in_surface;
 mod in_surface_ends;
 mod measures;

@@ -2,7 +2,7 @@
 
 use faircurve::discrete::Fair;
 use faircurve::scf::Smooth;
-use faircurve::spline::{Natural, Smoothing, SurfaceSpline};
+use faircurve::spline::{Band, Natural, Smoothing, SurfaceSpline};
 use faircurve::surface::Surface;
 use faircurve::{CurveBatch, Device, Fit, Result, Sampling, Work};
 
@@ -11,6 +11,7 @@ use faircurve::{CurveBatch, Device, Fit, Result, Sampling, Work};
 pub enum Method {
     Natural(Natural),
     Smoothing(Smoothing),
+    Band(Band),
     InSurface(Box<SurfaceSpline>),
     Fair(Box<Fair>),
     Scf(Smooth),
@@ -22,6 +23,7 @@ impl Method {
         match self {
             Method::Natural(natural) => natural.work(points),
             Method::Smoothing(smoothing) => smoothing.work(points),
+            Method::Band(band) => band.work(points),
             Method::InSurface(spline) => spline.work(points),
             Method::Fair(fair) => fair.work(points),
             Method::Scf(smooth) => smooth.work(points),
@@ -33,6 +35,7 @@ impl Method {
         match self {
             Method::Smoothing(smoothing) => smoothing.notes(fit.reports()),
             Method::Fair(fair) => fair.notes(fit.reports()),
+            Method::Band(band) => band.notes(fit.reports()),
             Method::Natural(_) | Method::InSurface(_) | Method::Scf(_) => Vec::new(),
         }
     }
@@ -42,7 +45,7 @@ impl Method {
         match self {
             Method::InSurface(spline) => Some(&*spline.surface),
             Method::Fair(fair) => fair.surface.as_deref(),
-            Method::Natural(_) | Method::Smoothing(_) | Method::Scf(_) => None,
+            Method::Natural(_) | Method::Smoothing(_) | Method::Band(_) | Method::Scf(_) => None,
         }
     }
 
@@ -56,6 +59,7 @@ impl Method {
         match self {
             Method::Natural(natural) => natural.fit(batch, device),
             Method::Smoothing(smoothing) => smoothing.fit(batch, device),
+            Method::Band(band) => band.fit(batch, device),
             Method::InSurface(spline) => spline.fit(batch, device),
             Method::Fair(fair) => fair.fit(batch, device),
             Method::Scf(smooth) => smooth.fit(batch, device),
@@ -67,6 +71,7 @@ impl Method {
         match self {
             Method::Natural(natural) => natural.fit_sampled(batch, sampling, device),
             Method::Smoothing(smoothing) => smoothing.fit_sampled(batch, sampling, device),
+            Method::Band(band) => band.fit_sampled(batch, sampling, device),
             Method::InSurface(spline) => spline.fit_sampled(batch, sampling, device),
             Method::Fair(fair) => fair.fit_sampled(batch, sampling, device),
             Method::Scf(smooth) => smooth.fit_sampled(batch, sampling, device),

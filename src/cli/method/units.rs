@@ -58,7 +58,8 @@ impl MethodArgs {
             Some(Deviation::Units(distance)) => Some(distance),
             _ => None,
         };
-        let near = [("--deviation", units(self.deviation)), ("--tube", units(self.tube))];
+        let near = [("--deviation", self.deviation), ("--tube", self.tube), ("--within", self.within)]
+            .map(|(option, distance)| (option, units(distance)));
         let in_degrees = batch.is_geographic() && !self.surface.is_given();
         let mut notes = Vec::new();
         if in_degrees {

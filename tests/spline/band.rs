@@ -1,0 +1,199 @@
+//! Curves within a distance of their whole polygon: sampled densely, they are, and the polygon is
+//! within it of them; areas and straight lines stay.
+
+use faircurve::io;
+use faircurve::spline::{Band, Smoothing, SmoothingTarget};
+use faircurve::{CurveBatch, CurveStatus, Deviation, Device, Sampling};
+use rand::rngs::StdRng;
+use rand::{RngExt, SeedableRng};
+
+type Point = [f64; 3];
+
+fn points(batch: &CurveBatch, i: usize) -> Vec<Point> {
+    let d = batch.dimension();
+    let mut all: Vec<Point> = batch
+        .points(i)
+        .chunks_exact(d)
+        .map(|point| std::array::from_fn(|c| point.get(c).copied().unwrap_or(0.0)))
+        .collect();
+    if batch.is_closed(i) {
+        all.push(all[0]);
+    }
+    all
+}
+
+fn distance(a: Point, b: Point) -> f64 {
+    (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
+}
+
+/// The distance of a point from a polyline.
+fn from_polyline(point: Point, line: &[Point]) -> f64 {
+    let from_edge = |pair: &[Point]| {
+        let (a, b) = (pair[0], pair[1]);
+        let square = distance(a, b).powi(2);
+        let along = (0..3).map(|c| (point[c] - a[c]) * (b[c] - a[c])).sum::<f64>();
+        let u = if square > 0.0 { (along / square).clamp(0.0, 1.0) } else { 0.0 };
+        distance(point, std::array::from_fn(|c| a[c] + u * (b[c] - a[c])))
+    };
+    line.windows(2).map(from_edge).fold(f64::INFINITY, f64::min)
+}
+
+/// A polyline with seven points more on every edge.
+fn dense(line: &[Point]) -> Vec<Point> {
+    let of_edge = |pair: &[Point]| {
+        let (a, b) = (pair[0], pair[1]);
+        (0..8).map(move |k| std::array::from_fn(|c| a[c] + f64::from(k) / 8.0 * (b[c] - a[c]))).collect::<Vec<_>>()
+    };
+    line.windows(2).flat_map(of_edge).chain(line.last().copied()).collect()
+}
+
+fn area(line: &[Point]) -> f64 {
+    0.5 * (0..line.len())
+        .map(|k| (line[k], line[(k + 1) % line.len()]))
+        .map(|(a, b)| a[0] * b[1] - a[1] * b[0])
+        .sum::<f64>()
+}
+
+/// Asserts that curves are within the distance of their polygons, both ways. Returns the samples.
+fn check(band: &Band, batch: &CurveBatch, asked: f64) -> CurveBatch {
+    let fit = band.fit(batch, &Device::cpu()).unwrap();
+    let samples = fit.polylines(Sampling::PerSpan(24));
+    // All pairs of points and edges of the longest ones take too long.
+    for i in (0..batch.len()).filter(|&i| batch.count(i) < 100) {
+        let report = &fit.reports()[i];
+        if !report.status.is_usable() {
+            continue;
+        }
+        assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
+        let (line, curve) = (points(batch, i), points(&samples, i));
+        let far = |points: &[Point], line: &[Point]| points.iter().map(|p| from_polyline(*p, line)).fold(0.0, f64::max);
+        let both = far(&curve, &line).max(far(&dense(&line), &curve));
+        // Between samples the curve may be a little farther than the chord.
+        assert!(both <= 1.02 * report.max_deviation + 1e-12, "curve {i}: {both} of {}", report.max_deviation);
+        assert!(report.max_deviation <= asked * (1.0 + 1e-12), "curve {i}: {report:?}");
+    }
+    samples
+}
+
+fn lines(name: &str) -> CurveBatch {
+    io::read(format!("{}/examples/data/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap()
+}
+
+#[test]
+fn borders_are_within_the_distance_of_their_polygons_both_ways() {
+    let batch = lines("countries-110m.geojson");
+    for asked in [0.02, 0.2, 1.0] {
+        let fit = Band::within(asked).fit(&batch, &Device::cpu()).unwrap();
+        let usable = fit.usable();
+        println!("{asked}: {usable} of {}", batch.len());
+        assert_eq!(fit.reports().iter().filter(|report| report.status == CurveStatus::NotConverged).count(), 0);
+        check(&Band::within(asked), &batch, asked);
+    }
+}
+
+#[test]
+fn closed_curves_and_sections_between_pins_keep_their_area() {
+    let batch = lines("countries-110m.geojson");
+    let samples = check(&Band::within(0.2), &batch, 0.2);
+    let mut seen = 0;
+    for i in (0..batch.len()).filter(|&i| batch.is_closed(i)) {
+        let [before, after] = [&batch, &samples].map(|batch| area(&points(batch, i)));
+        // Chords of 24 samples a span are within 1e-3 of the area of their curve.
+        assert!((after / before - 1.0).abs() < 1.5e-3, "curve {i}: {before} became {after}");
+        seen += 1;
+    }
+    assert!(seen > 80, "{seen} closed curves");
+    // A third point in the middle is pinned: both halves keep what they enclose with their chords.
+    let wave: Vec<[f64; 2]> =
+        (0..=40).map(|k| f64::from(k) * 0.25).map(|x| [x, 0.4 * x.sin() + 0.1 * (7.0 * x).sin()]).collect();
+    let pinned = (0..41).map(|k| k == 20).collect();
+    let constraints = faircurve::Constraints { pinned: Some(pinned), ..Default::default() };
+    let batch = CurveBatch::from_slices(&[&wave[..]]).unwrap().with_constraints(constraints).unwrap();
+    let samples = check(&Band::within(0.1), &batch, 0.1);
+    let (before, after) = (points(&batch, 0), points(&samples, 0));
+    for (from, to) in [(0, 20), (20, 40)] {
+        let [own, found] = [area(&before[from..=to]), area(&after[24 * from..=24 * to])];
+        assert!((own - found).abs() < 1e-3, "{own}, {found}");
+    }
+    assert_eq!(after[24 * 20], before[20]);
+}
+
+#[test]
+fn long_lines_stay_straight_and_corners_are_rounded_near_them() {
+    // A rectangle, whose long sides have vertices on them too.
+    let sides = [[0.0, 0.0], [20.0, 0.0], [31.0, 0.001], [60.0, 0.0], [60.0, 20.0], [0.0, 20.0]];
+    let batch = CurveBatch::from_slices(&[&sides[..]]).unwrap().closed(true);
+    for asked in [0.5, 1.0] {
+        let samples = check(&Band::within(asked), &batch, asked);
+        let away = |[x, y, _]: Point| x.min(60.0 - x).abs().min(y.min(20.0 - y).abs());
+        for point in points(&samples, 0) {
+            let [x, y, _] = point;
+            let from_corner = [[0.0, 0.0, 0.0], [60.0, 0.0, 0.0], [60.0, 20.0, 0.0], [0.0, 20.0, 0.0]]
+                .map(|corner| distance(point, corner))
+                .into_iter()
+                .fold(f64::INFINITY, f64::min);
+            if from_corner > 8.0 * asked {
+                assert!(away(point) < 0.03 * asked, "{x}, {y} at {asked}");
+            }
+        }
+    }
+}
+
+#[test]
+fn noise_becomes_about_as_smooth_as_any_curve_within_its_discs() {
+    let mut rng = StdRng::seed_from_u64(7);
+    let ring: Vec<[f64; 2]> = (0..200)
+        .map(|k| std::f64::consts::TAU * f64::from(k) / 200.0)
+        .map(|turn| [10.0 * turn.cos() + rng.random_range(-0.3..0.3), 10.0 * turn.sin() + rng.random_range(-0.3..0.3)])
+        .collect();
+    let batch = CurveBatch::from_slices(&[&ring[..]]).unwrap().closed(true);
+    let mut band = Band::within(0.6);
+    band.keep_area = false;
+    let found = band.fit(&batch, &Device::cpu()).unwrap().reports()[0].energy;
+    let least = |distance: f64| {
+        let smoothing = Smoothing { target: SmoothingTarget::Tube(Deviation::Units(distance)), ..Smoothing::default() };
+        smoothing.fit(&batch, &Device::cpu()).unwrap().reports()[0].energy
+    };
+    let [less, more] = [least(0.6), least(0.57)];
+    println!("{found}: {less} within 0.6, {more} within 0.57");
+    assert!(found >= less * (1.0 - 1e-6) && found <= 1.1 * more, "{found}: {less}, {more}");
+}
+
+#[test]
+fn nasty_points_have_a_status_and_leave_their_neighbours_alone() {
+    let spike = [[0.0, 0.0], [1.0, 0.0], [1.0, 50.0], [1.0, 0.0], [2.0, 0.0]];
+    let repeated = [[0.0, 0.0], [1.0, 1.0], [1.0, 1.0], [1.0, 1.0], [3.0, 0.0], [3.0, 0.0]];
+    let pair = [[0.0, 0.0], [1e-9, 3e-9]];
+    let nan = [[0.0, 0.0], [f64::NAN, 1.0], [2.0, 2.0]];
+    let single = [[4.0, 4.0]];
+    let far = [[1e12, 1e12], [1e12 + 1.0, 1e12 + 2.0], [1e12 + 3.0, 1e12]];
+    let all: [&[[f64; 2]]; 6] = [&spike, &repeated, &pair, &nan, &single, &far];
+    let batch = CurveBatch::from_slices(&all).unwrap();
+    let fit = Band::within(0.25).fit(&batch, &Device::cpu()).unwrap();
+    let statuses: Vec<CurveStatus> = fit.reports().iter().map(|report| report.status).collect();
+    use CurveStatus::{Converged, Degenerate, Invalid};
+    assert_eq!(statuses, [Converged, Converged, Converged, Invalid, Degenerate, Converged], "{:?}", fit.reports());
+    check(&Band::within(0.25), &batch, 0.25);
+    let samples = fit.polylines(Sampling::PerSpan(8));
+    for (i, own) in all.iter().enumerate() {
+        let alone = Band::within(0.25).fit(&CurveBatch::from_slices(&[own]).unwrap(), &Device::cpu()).unwrap();
+        let alone = alone.polylines(Sampling::PerSpan(8));
+        let bits = |points: &[f64]| points.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
+        assert_eq!(bits(alone.points(0)), bits(samples.points(i)), "curve {i}");
+    }
+    // A spike goes there and back: its tip is kept to the distance.
+    let tip = points(&samples, 0).into_iter().map(|[_, y, _]| y).fold(0.0, f64::max);
+    assert!(tip > 49.7, "{tip}");
+}
+
+#[test]
+fn curves_in_space_are_within_the_distance_too() {
+    let helix: Vec<[f64; 3]> = (0..60)
+        .map(|k| f64::from(k) * 0.3)
+        .map(|a| [3.0 * a.cos(), 3.0 * a.sin(), 0.5 * a + 0.2 * (9.0 * a).sin()])
+        .collect();
+    let batch = CurveBatch::from_slices(&[&helix[..], &helix[..9]]).unwrap();
+    check(&Band::within(0.4), &batch, 0.4);
+    let closed = CurveBatch::from_slices(&[&helix[..40]]).unwrap().closed(true);
+    check(&Band::within(0.2), &closed, 0.2);
+}
