@@ -327,6 +327,11 @@ impl MethodArgs {
         if self.surface.is_given() && self.name() == Natural && self.limits.shape() {
             return Err(Error::argument("--preserve-shape is that of planar curves: leave it out in a --surface"));
         }
+        if let Some(within) = self.within.filter(|_| self.surface.is_given()) {
+            return Err(Error::argument(format!(
+                "--within {within} is that of curves without a --surface: leave the surface out, or ask for --deviation {within}"
+            )));
+        }
         for (option, distance) in [("--tube", self.tube), ("--within", self.within)] {
             if let Some(distance) = distance.filter(|_| self.name() != MethodName::Smoothing) {
                 return Err(Error::argument(format!("{option} {distance} belongs to --method smoothing")));

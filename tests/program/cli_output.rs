@@ -266,7 +266,7 @@ fn what_a_format_cannot_hold_is_refused_before_the_fit() {
 #[test]
 fn a_curve_that_is_a_point_is_not_divided_to_have_an_area() {
     let folder = folder("curve,x,y,t\na,1,2,0\na,1,2,6\na,1,2,12\n");
-    for method in ["natural", "smoothing --smoothing 1", "smoothing --tube 1", "fair", "scf"] {
+    for method in ["natural", "smoothing --smoothing 1", "smoothing --tube 1", "smoothing --within 1", "fair", "scf"] {
         for closed in ["auto", "yes", "no"] {
             run(&folder, &format!("fit in.csv -o out.csv --samples 1 --force --method {method} --closed {closed}"))
                 .code(0);

@@ -68,6 +68,43 @@ fn a_tube_belongs_to_smoothing_alone() {
 }
 
 #[test]
+fn within_a_distance_lines_stay_straight_and_islands_keep_their_area() {
+    let folder = folder();
+    let [track, isle] = &reports(&folder, "--within 0.2")[..] else { panic!("two curves") };
+    assert!(track["max_deviation"].as_f64().unwrap() <= 0.2 && track["message"].is_null(), "{track}");
+    let said = "it is smaller than a distance of 0.2: it is kept within";
+    assert!(isle["message"].as_str().unwrap().contains(said), "{isle}");
+    // An island of this area is not shorter than a circle, and not much longer.
+    let area: f64 = 0.0098;
+    let circle = 2.0 * (std::f64::consts::PI * area).sqrt();
+    let length = isle["length"].as_f64().unwrap();
+    assert!(length > 0.99 * circle && length < 1.2 * circle, "{isle}, {circle}");
+    fs::write(folder.path().join("side.csv"), "curve,x,y\na,0,0\na,100,0\na,100,30\n").unwrap();
+    run(&folder, "fit side.csv -o side_out.csv --within 1 --samples 64 --device cpu --force").code(0);
+    let rows = fs::read_to_string(folder.path().join("side_out.csv")).unwrap();
+    let points = rows.lines().skip(1).map(|row| {
+        let mut cells = row.split(',').skip(1).map(|cell| cell.parse::<f64>().unwrap());
+        [cells.next().unwrap(), cells.next().unwrap()]
+    });
+    let middle: Vec<[f64; 2]> = points.filter(|[x, _]| (30.0..70.0).contains(x)).collect();
+    assert!(middle.len() > 5 && middle.iter().all(|[_, y]| y.abs() < 0.02), "{middle:?}");
+}
+
+#[test]
+fn within_goes_with_neither_a_surface_nor_another_distance() {
+    let folder = folder();
+    let fit = "fit in.csv -o out.csv --device cpu --force --within 0.5";
+    for (options, said) in [
+        ("--method fair", "--within 0.5 belongs to --method smoothing"),
+        ("--surface wgs84", "--within 0.5 is that of curves without a --surface"),
+        ("--parametrisation uniform", "--parametrisation uniform does not go with --within"),
+        ("--tube 1", "cannot be used"),
+    ] {
+        run(&folder, &format!("{fit} {options}")).code(2).stderr(contains(said));
+    }
+}
+
+#[test]
 fn parameters_are_chosen_by_a_word_for_splines_alone() {
     let folder = folder();
     let length = |option: &str| reports(&folder, &format!("--smoothing 0.01 {option}"))[0]["length"].as_f64().unwrap();

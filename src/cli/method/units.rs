@@ -68,7 +68,8 @@ impl MethodArgs {
             {
                 notes.extend(distance.map(|distance| {
                     let ground = on_the_ground(distance);
-                    format!("{option} {distance} is in degrees, up to {ground} on the ground: with --surface wgs84 it is in metres")
+                    let remedy = if option == "--within" { "" } else { ": with --surface wgs84 it is in metres" };
+                    format!("{option} {distance} is in degrees, up to {ground} on the ground{remedy}")
                 }));
             }
         }
