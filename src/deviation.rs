@@ -9,7 +9,8 @@ use crate::error::{Error, Result, quoted};
 
 /// The largest distance between a data point and the curve.
 ///
-/// Parsed from a number, `0.2`, or a percentage of the curve's size, `2%`.
+/// Parsed from a number, `0.2`, a percentage of the curve's size, `2%`, or a length on the ground,
+/// `50m`, `2km` or `1nmi`.
 ///
 /// ```
 /// use faircurve::Deviation;
@@ -24,24 +25,50 @@ pub enum Deviation {
     Units(f64),
     /// As a fraction of each curve's size, the diagonal of the box around its points.
     OfSize(f64),
+    /// In metres on the ground, for longitudes and latitudes. Of the methods only
+    /// [`Band`](crate::spline::Band) takes it.
+    Ground(f64),
 }
 
+/// The most metres of a degree of latitude, and over the cosine of the latitude of one of longitude,
+/// on the ellipsoid of WGS84: where it is flattest, at the poles.
+const METRES: f64 = 111_694.0;
+
+/// Units of lengths on the ground, in metres.
+const LENGTHS: [(&str, f64); 3] = [("km", 1e3), ("nmi", 1852.0), ("m", 1.0)];
+
 impl Deviation {
-    /// The distance in units of the coordinates for curve `i` of a batch.
+    /// The distance in units of the coordinates for curve `i` of a batch. One on the ground is in
+    /// degrees of latitude.
     #[must_use]
     pub fn of(self, batch: &CurveBatch, i: usize) -> f64 {
         match self {
             Deviation::Units(distance) => distance,
             Deviation::OfSize(share) => share * Bounds::<3>::of_flat(batch.points(i), batch.dimension()).diagonal(),
+            Deviation::Ground(metres) => metres / METRES,
         }
     }
 
-    /// Checks that it is a distance.
+    /// Its number, whatever the unit.
+    #[doc(hidden)]
+    #[must_use]
+    pub fn number(self) -> f64 {
+        let (Deviation::Units(number) | Deviation::OfSize(number) | Deviation::Ground(number)) = self;
+        number
+    }
+
+    /// Checks that it is a distance in units of the input, or a part of a curve's size.
     ///
     /// # Errors
     /// A number that is not positive or not finite. `remedy` ends the sentence.
     pub(crate) fn check(self, remedy: &str) -> Result<()> {
-        let (Deviation::Units(number) | Deviation::OfSize(number)) = self;
+        let number = self.number();
+        if matches!(self, Deviation::Ground(_)) {
+            return Err(Error::argument(format!(
+                "{self} is a length on the ground, which a band takes alone: give a number in units of the input, or \
+                 within={self}"
+            )));
+        }
         if number > 0.0 && number.is_finite() {
             return Ok(());
         }
@@ -62,13 +89,21 @@ impl FromStr for Deviation {
 
     fn from_str(text: &str) -> Result<Self> {
         let number = |text: &str| text.trim().parse::<f64>();
+        let on_ground = LENGTHS.iter().find_map(|(unit, metres)| {
+            let number = text.trim().strip_suffix(unit)?.parse::<f64>().ok()?;
+            Some(Deviation::Ground(number * metres))
+        });
+        if let Some(on_ground) = on_ground {
+            return Ok(on_ground);
+        }
         match text.trim().strip_suffix('%') {
             Some(percent) => number(percent).map(|percent| Deviation::OfSize(percent / 100.0)),
             None => number(text).map(Deviation::Units),
         }
         .map_err(|_| {
             Error::argument(format!(
-                "{} is no deviation: give a distance in units of the input, such as 0.01, or a part of each curve's size, such as 2%",
+                "{} is no deviation: give a distance in units of the input, such as 0.01, or a part of each curve's size, such as 2%, or \
+                 for --within and longitudes and latitudes a length on the ground, such as 2km",
                 quoted(text)
             ))
         })
@@ -80,6 +115,8 @@ impl Display for Deviation {
         match self {
             Deviation::Units(distance) => distance.fmt(f),
             // 0.07 is 7.000000000000001 hundredths.
+            Deviation::Ground(metres) if metres.abs() >= 1e3 => write!(f, "{}km", metres / 1e3),
+            Deviation::Ground(metres) => write!(f, "{metres}m"),
             Deviation::OfSize(share) => write!(f, "{}%", (100.0 * share * 1e12).round() / 1e12),
         }
     }
@@ -97,10 +134,13 @@ mod tests {
             ("7%", Deviation::OfSize(0.07)),
             ("0.5%", Deviation::OfSize(0.005)),
             ("-1", Deviation::Units(-1.0)),
+            ("50m", Deviation::Ground(50.0)),
+            ("2.5km", Deviation::Ground(2500.0)),
         ] {
             assert_eq!((text.parse::<Deviation>().unwrap(), deviation.to_string()), (deviation, text.to_string()));
         }
-        for text in ["", "%", "two", "2 m", "2%%"] {
+        assert_eq!("1nmi".parse::<Deviation>().unwrap(), Deviation::Ground(1852.0));
+        for text in ["", "%", "two", "2 m", "m", "2%%"] {
             let error = text.parse::<Deviation>().unwrap_err().to_string();
             assert!(error.contains("is no deviation") && error.contains("such as 2%"), "{error}");
         }

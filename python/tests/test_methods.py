@@ -141,7 +141,7 @@ def test_bad_curves_are_data_and_leave_their_neighbours_alone():
         (lambda: fc.Natural().fit(CURVES, device="cpu", precision="f32"), ValueError, "belongs to a GPU"),
         (lambda: fc.Natural().fit(CURVES, closed=[True]), ValueError, "1 flags for 200 curves"),
         (lambda: fc.Natural().fit(CURVES, closed="yes"), ValueError, '"auto" and one flag a curve are possible'),
-        (lambda: fc.Smoothing().fit(CURVES), TypeError, "give one of lam, deviation and tube"),
+        (lambda: fc.Smoothing().fit(CURVES), TypeError, "give one of lam, deviation, tube and within"),
         (lambda: fc.Smoothing(lam=1, tube=1).fit(CURVES), TypeError, "give one of"),
         (lambda: fc.Smoothing(deviation=-1).fit(CURVES), ValueError, "deviation is -1"),
         (lambda: fc.Natural().fit(CURVES, device="gpu:99"), RuntimeError, "99"),

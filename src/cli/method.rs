@@ -106,7 +106,8 @@ pub struct MethodArgs {
     ///
     /// For maps and drawings, where the lines between points count. Long straight lines stay
     /// straight, corners are rounded, and closed curves and the regions of a map keep their area.
-    /// D is as for --deviation.
+    /// D is as for --deviation. On a map of longitudes and latitudes it may be a length on the
+    /// ground, such as 50m, 2km or 1nmi, at every latitude.
     #[arg(long, value_name = "D", conflicts_with_all = ["smoothing", "deviation", "tube"], allow_negative_numbers = true, help_heading = "Near the points")]
     within: Option<Deviation>,
     /// Parameters of the points of natural and smoothing splines [default: auto]
@@ -374,7 +375,7 @@ fn all_of(words: &[String]) -> String {
 
 /// A deviation that makes sense.
 fn positive(option: &str, deviation: Deviation) -> Result<Deviation> {
-    let (Deviation::Units(number) | Deviation::OfSize(number)) = deviation;
+    let number = deviation.number();
     if number > 0.0 && number.is_finite() {
         return Ok(deviation);
     }

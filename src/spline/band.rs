@@ -54,6 +54,12 @@ const TOGETHER: usize = 16;
 /// so. The parameter of the result is the batch's, or the arc length of the polygon. On spans with
 /// knots of their own it grows by the same step from knot to knot.
 ///
+/// **On the ground.** [`Deviation::Ground`] is in metres, for longitudes and latitudes. Each curve is
+/// fitted with its longitudes times the cosine of its latitude nearest to the equator, so it is
+/// within D everywhere, and from west to east within less where it is nearer to a pole: within
+/// 0.82 D at 35° of latitude, of a curve that reaches the equator. [`CurveReport::max_deviation`] is
+/// in metres then.
+///
 /// Computed by the CPU in f64 on every device.
 ///
 /// ```
@@ -120,16 +126,34 @@ impl Band {
     /// # Errors
     /// A distance that is not positive and finite. Weights. Constraints other than pinned points.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
-        self.distance.check("to interpolate, take natural splines instead")?;
+        match self.distance {
+            Deviation::Ground(metres) if !(metres > 0.0 && metres.is_finite()) => {
+                return Err(Error::argument(format!(
+                    "the distance is {}; it must be positive and finite",
+                    self.distance
+                )));
+            }
+            Deviation::Ground(_) if !batch.is_geographic() => {
+                return Err(Error::argument(format!(
+                    "{} is a length on the ground, and the points are not known to be longitudes and latitudes: give a number \
+                     in units of the input",
+                    self.distance
+                )));
+            }
+            Deviation::Ground(_) => {}
+            distance => distance.check("to interpolate, take natural splines instead")?,
+        }
         batch.allows(&[Constraint::Pinned], "curves within a band")?;
         if (0..batch.len()).any(|i| batch.weights(i).is_some()) {
             return Err(Error::argument(
                 "curves within a band have no weights: every point counts as much; leave them out",
             ));
         }
-        let knots = Knots::new(batch, Parametrisation::ChordLength, Coincident::Refuse)?;
+        let shares: Vec<f64> = (0..batch.len()).map(|i| self.share(batch, i)).collect();
+        let scaled = batch.with_points(scaled(batch, &shares), batch.offsets().to_vec());
+        let knots = Knots::new(&scaled, Parametrisation::ChordLength, Coincident::Refuse)?;
         let found = parallel::map_with(batch.len(), TOGETHER, Least::default, |least, i| {
-            let found = self.fit_one(least, batch, &knots, i);
+            let found = self.fit_one(least, batch, &knots, (i, shares[i]));
             device.finished(1);
             found
         });
@@ -162,7 +186,7 @@ impl Band {
         least: &mut Least,
         batch: &CurveBatch,
         knots: &Knots,
-        i: usize,
+        (i, share): (usize, f64),
     ) -> (CurveReport, Option<BandCurve>) {
         if let Some(report) = knots.report_unfitted(i) {
             return (report, None);
@@ -181,26 +205,55 @@ impl Band {
             let what = "its spline leaves the range of the numbers: scale the curve, to a size nearer to 1";
             return (CurveReport::unfitted(CurveStatus::Invalid, batch.sentence(i, 0, what)), None);
         };
-        let mut report = CurveReport { iterations, max_deviation: farthest, ..CurveReport::solved(energy) };
+        // In metres, if the distance is.
+        let unit = if let Deviation::Ground(metres) = self.distance { metres / asked } else { 1.0 };
+        let [allowed, found] = [distance, farthest].map(|x| x * unit);
+        let mut report = CurveReport { iterations, max_deviation: found, ..CurveReport::solved(energy) };
         if distance < asked {
             let what = format!(
-                "it is smaller than a distance of {asked}: it is kept within {distance}, 0.3 of its mean width"
+                "it is smaller than a distance of {}: it is kept within {allowed}, 0.3 of its mean width",
+                self.distance
             );
             report.message = Some(batch.sentence(i, 0, &what));
         }
         if let Some(excess) = excess {
-            let what = format!("its area differs by {:.2} %: no curve within {distance} came nearer", 100.0 * excess);
+            let what = format!("its area differs by {:.2} %: no curve within {allowed} came nearer", 100.0 * excess);
             report.message = Some(batch.sentence(i, 0, &what));
         }
         if farthest > distance {
             let what = format!(
-                "after {iterations} iterations it is {farthest} from its polygon, where {distance} is allowed: allow more, or \
-                 pin fewer points"
+                "after {iterations} iterations it is {found} from its polygon, where {allowed} is allowed: allow more, or pin \
+                 fewer points"
             );
             report.status = CurveStatus::NotConverged;
             report.message = Some(batch.sentence(i, 0, &what));
         }
         let entries = (0..batch.count(i) + usize::from(closed)).map(|k| knots.entry(i, k));
-        (report, Some(curve.over(entries, batch.given_knots(i))))
+        let mut curve = curve.over(entries, batch.given_knots(i));
+        curve.stretch(share);
+        // Pinned points keep their bits.
+        let (d, is_pinned) = (knots.dimension, |k: &usize| is_end(*k) || batch.is_pinned(i, *k));
+        (0..=last).filter(is_pinned).for_each(|k| curve.pin(k, &batch.points(i)[k * d..(k + 1) * d]));
+        (report, Some(curve))
     }
+
+    /// The factor of the first coordinates of curve `i`: on the ground the largest cosine of its
+    /// latitudes, else 1.
+    fn share(&self, batch: &CurveBatch, i: usize) -> f64 {
+        if !matches!(self.distance, Deviation::Ground(_)) {
+            return 1.0;
+        }
+        let latitudes = batch.points(i).iter().skip(1).step_by(batch.dimension());
+        latitudes.map(|latitude| latitude.to_radians().cos()).fold(1e-6, f64::max)
+    }
+}
+
+/// The coordinates of a batch with the first one of every point times the share of its curve.
+fn scaled(batch: &CurveBatch, shares: &[f64]) -> Vec<f64> {
+    let (d, mut coords) = (batch.dimension(), batch.coords().to_vec());
+    for (i, share) in shares.iter().enumerate().filter(|(_, share)| **share != 1.0) {
+        let own = &mut coords[batch.offsets()[i] * d..batch.offsets()[i + 1] * d];
+        own.iter_mut().step_by(d).for_each(|x| *x *= share);
+    }
+    coords
 }

@@ -197,3 +197,31 @@ fn curves_in_space_are_within_the_distance_too() {
     let closed = CurveBatch::from_slices(&[&helix[..40]]).unwrap().closed(true);
     check(&Band::within(0.2), &closed, 0.2);
 }
+
+#[test]
+fn a_length_on_the_ground_is_one_at_every_latitude() {
+    let batch = lines("world-110m.topojson");
+    let band = Band::within(Deviation::Ground(20_000.0));
+    let fit = band.fit(&batch, &Device::cpu()).unwrap();
+    let samples = fit.polylines(Sampling::PerSpan(12));
+    let mut farthest = [0.0_f64; 2];
+    for i in (0..batch.len()).filter(|&i| batch.count(i) < 60 && fit.reports()[i].status == CurveStatus::Converged) {
+        let line = points(&batch, i);
+        for point in points(&samples, i) {
+            // Metres around this point, the fewest of a degree.
+            let [x, y] = [110_574.0 * point[1].to_radians().cos(), 110_574.0];
+            let here = |p: &Point| [x * p[0], y * p[1], 0.0];
+            let away = from_polyline(here(&point), &line.iter().map(here).collect::<Vec<_>>());
+            let is_north = usize::from(point[1].abs() > 55.0);
+            farthest[is_north] = farthest[is_north].max(away);
+        }
+    }
+    println!("{farthest:?} m");
+    assert!(farthest.iter().all(|far| *far <= 20_000.0 && *far > 14_000.0), "{farthest:?}");
+    let said = fit.reports().iter().map(|report| report.max_deviation).fold(0.0, f64::max);
+    assert!(said > 14_000.0 && said <= 20_000.0 * (1.0 + 1e-12), "{said}");
+    // Points that nobody says are longitudes and latitudes have no metres.
+    let planar = CurveBatch::from_slices(&[&[[0.0, 0.0], [1.0, 1.0], [2.0, 0.0]][..]]).unwrap();
+    let error = band.fit(&planar, &Device::cpu()).unwrap_err().to_string();
+    assert!(error.contains("20km is a length on the ground"), "{error}");
+}

@@ -37,6 +37,24 @@ impl BandCurve {
         self
     }
 
+    /// Divides the first coordinates by a share.
+    pub fn stretch(&mut self, share: f64) {
+        if share != 1.0 {
+            let d = self.dimension;
+            self.values.iter_mut().step_by(d).chain(self.second.iter_mut().step_by(d)).for_each(|x| *x /= share);
+        }
+    }
+
+    /// Gives a data point its own bits.
+    pub fn pin(&mut self, k: usize, point: &[f64]) {
+        let (d, row) = (self.dimension, self.rows[k] as usize);
+        self.values[row * d..(row + 1) * d].copy_from_slice(point);
+        if self.closed && row == 0 {
+            let last = self.values.len() - d;
+            self.values[last..].copy_from_slice(point);
+        }
+    }
+
     fn value(&self, row: usize) -> DVec3 {
         vector(&self.values[row * self.dimension..][..self.dimension])
     }
