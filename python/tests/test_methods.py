@@ -65,8 +65,11 @@ def test_deviations_may_be_parts_of_each_curves_size():
         fit = method.fit(CURVES[:20])
         assert (fit.report()["max_deviation"] <= 0.02 * size[:20]).all(), method
         assert (fit.report()["max_deviation"] > 0.0199 * size[:20]).any(), method
-    with pytest.raises(ValueError, match='"2m" is no deviation'):
-        fc.Fair(deviation="2m").fit(CURVES[:1])
+    with pytest.raises(ValueError, match='"2x" is no deviation'):
+        fc.Fair(deviation="2x").fit(CURVES[:1])
+    for method in (fc.Fair(deviation="2m"), fc.Smoothing(within="2m")):
+        with pytest.raises(ValueError, match="2m is a length on the ground"):
+            method.fit(CURVES[:1])
 
 
 def test_further_starts_never_cost_energy_and_say_what_they_saved():
