@@ -376,6 +376,12 @@ fn all_of(words: &[String]) -> String {
 /// A deviation that makes sense.
 fn positive(option: &str, deviation: Deviation) -> Result<Deviation> {
     let number = deviation.number();
+    if matches!(deviation, Deviation::Ground(_)) && option != "--within" {
+        return Err(Error::argument(format!(
+            "{option} {deviation} is a length on the ground, which --within alone takes: give a distance in units of the input, \
+             such as 0.01, or a part of each curve's size, such as 2%"
+        )));
+    }
     if number > 0.0 && number.is_finite() {
         return Ok(deviation);
     }

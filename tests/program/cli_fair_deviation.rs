@@ -105,9 +105,12 @@ fn a_deviation_may_be_a_part_of_each_curve_s_size() {
         assert!((found - allowed).abs() <= 3e-3 * allowed, "{method} {option}: {found} {allowed}");
     }
     assert_eq!(part[0]["status"], "converged");
-    run(&folder, "fit in.csv -o out.csv --method fair --deviation 2m")
-        .code(2)
-        .stderr(contains("\"2m\" is no deviation: give a distance in units of the input, such as 0.01, or a part of each curve's size, such as 2%"));
+    let remedy = "give a distance in units of the input, such as 0.01, or a part of each curve's size, such as 2%";
+    for (wrong, said) in [("2x", "\"2x\" is no deviation"), ("2m", "--deviation 2m is a length on the ground")] {
+        run(&folder, &format!("fit in.csv -o out.csv --force --method fair --deviation {wrong}"))
+            .code(2)
+            .stderr(contains(said).and(contains(remedy)));
+    }
 }
 
 #[test]
