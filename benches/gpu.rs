@@ -4,7 +4,7 @@
 //! A table, not a sampling harness: kernel times come from timestamps on the device. Each rate also
 //! as a fraction of its bound, the bytes that an on-chip solve must move over the bandwidth that the
 //! device reads and writes 512 MiB with, or `FAIRCURVE_BANDWIDTH` in GB/s. `FAIRCURVE_ADAPTER`
-//! chooses the adapter. The systems are those of `benches/peers/tridiagonal.py`.
+//! chooses the adapter. `benches/peers/tridiagonal.py` has the same systems.
 
 use faircurve::gpu::Gpu;
 use faircurve::linalg::ring::{RingKernel, solve_on_gpu};

@@ -46,6 +46,15 @@ impl Jet {
     }
 }
 
+/// The piece at the fraction `u` of a span, and the fraction of the piece. The span has pieces of the
+/// same parameter length from the first knot to the second. `None` if it has none.
+pub(crate) fn piece_at([from, to]: [u32; 2], u: f64) -> Option<(usize, f64)> {
+    let (from, pieces) = (from as usize, (to - from) as usize);
+    let place = u * pieces as f64;
+    let piece = (place.floor().max(0.0) as usize).min(pieces.checked_sub(1)?);
+    Some((from + piece, place - piece as f64))
+}
+
 /// A curve through or near data points, with a span from each point to the next.
 pub trait Curve: Sync {
     /// 2 or 3.

@@ -28,6 +28,14 @@ fn ends(given: &str) -> PyResult<Ends> {
     word("ends", given, &[("auto", Ends::Auto), ("natural", Ends::Natural), ("clamped", Ends::Clamped)])
 }
 
+/// [`fitted`] by a method of the library.
+macro_rules! fitted {
+    ($py:ident, $batch:ident, $device:ident, $precision:ident, $method:ident) => {{
+        let place = Place::new($device, $precision)?;
+        fitted($py, $batch, place, |points| $method.work(points), |batch, device| $method.fit(batch, device))
+    }};
+}
+
 fn fitted(
     py: Python<'_>,
     batch: &Bound<'_, Batch>,
@@ -55,13 +63,7 @@ pub fn natural(
         parametrisation: self::parametrisation(parametrisation)?,
         shape: preserve_shape,
     };
-    fitted(
-        py,
-        batch,
-        Place::new(device, precision)?,
-        |points| method.work(points),
-        |batch, device| method.fit(batch, device),
-    )
+    fitted!(py, batch, device, precision, method)
 }
 
 /// Natural splines in a surface, or with λ smoothing ones.
@@ -87,13 +89,7 @@ pub fn in_surface(
         parametrisation: self::parametrisation(parametrisation)?,
         ..SurfaceSpline::new(surface.get().shared())
     };
-    fitted(
-        py,
-        batch,
-        Place::new(device, precision)?,
-        |points| method.work(points),
-        |batch, device| method.fit(batch, device),
-    )
+    fitted!(py, batch, device, precision, method)
 }
 
 #[pyfunction]
@@ -121,23 +117,11 @@ pub fn smoothing(
             }
             let mut method = Band::within(distance()?);
             method.pin_ends = pin_ends;
-            return fitted(
-                py,
-                batch,
-                Place::new(device, precision)?,
-                |points| method.work(points),
-                |batch, device| method.fit(batch, device),
-            );
+            return fitted!(py, batch, device, precision, method);
         }
     };
     let method = Smoothing { target, pin_ends, parametrisation: self::parametrisation(parametrisation)? };
-    fitted(
-        py,
-        batch,
-        Place::new(device, precision)?,
-        |points| method.work(points),
-        |batch, device| method.fit(batch, device),
-    )
+    fitted!(py, batch, device, precision, method)
 }
 
 /// The exponent or the formula of an energy.
@@ -293,13 +277,7 @@ pub fn fair(
         starts,
         seed,
     };
-    fitted(
-        py,
-        batch,
-        Place::new(device, precision)?,
-        |points| method.work(points),
-        |batch, device| method.fit(batch, device),
-    )
+    fitted!(py, batch, device, precision, method)
 }
 
 #[pyfunction]
@@ -321,11 +299,5 @@ pub fn smooth(
     let words = [("circle", Start::Circle), ("bisector", Start::Bisector), ("neighbours", Start::Neighbours)];
     let start = word("start", start, &words)?;
     let method = Smooth { exponent, tension, shape: preserve_shape, start, starts, seed, tolerance, max_iterations };
-    fitted(
-        py,
-        batch,
-        Place::new(device, precision)?,
-        |points| method.work(points),
-        |batch, device| method.fit(batch, device),
-    )
+    fitted!(py, batch, device, precision, method)
 }

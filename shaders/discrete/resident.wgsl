@@ -25,28 +25,7 @@ struct ResidentParams {
     ticks: u32,
 }
 
-struct DescentTask {
-    slot: u32,
-    ticks: u32,
-}
-
-struct DescentCurve {
-    fixed_start: u32,
-    displacement_start: u32,
-    work_start: u32,
-    stride: u32,
-    segments: u32,
-    closed: u32,
-}
-
-struct DescentState {
-    termination: u32,
-    iterations: u32,
-    evaluations: u32,
-    flags: u32,
-    since_best: u32,
-    most_iterations: u32,
-}
+//:include discrete/descent/curve.wgsl
 
 @group(0) @binding(0) var<uniform> params: ResidentParams;
 // The splines, as sample.wgsl has them: lengths of spans, edges of the data polygon and second

@@ -1,4 +1,4 @@
-// What measures a device: the rate of its arithmetic, and that of its memory.
+// What measures a device: the rates of its arithmetic and of its memory.
 // No twin: `doctor` measures the device alone.
 
 struct RateParams {

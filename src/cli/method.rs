@@ -330,7 +330,7 @@ impl MethodArgs {
         }
         if let Some(within) = self.within.filter(|_| self.surface.is_given()) {
             return Err(Error::argument(format!(
-                "--within {within} is that of curves without a --surface: leave the surface out, or ask for --deviation {within}"
+                "--within {within} goes with no --surface: leave the surface out, or ask for --deviation {within}"
             )));
         }
         for (option, distance) in [("--tube", self.tube), ("--within", self.within)] {

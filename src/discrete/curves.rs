@@ -7,7 +7,7 @@ use std::sync::{Arc, OnceLock};
 use crate::batch::Origin;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::curve::measure::{self, BySpeed};
-use crate::curve::{Curve, Input, Jet, Sampling, vector};
+use crate::curve::{Curve, Input, Jet, Sampling, piece_at, vector};
 use crate::device::DeviceReport;
 use crate::ground::jet_onto;
 use crate::linalg::scalar::Vector;
@@ -315,10 +315,7 @@ impl FairCurve<'_> {
     ///
     /// `None` for a span between repeated points, which has no edge.
     fn locate_edge(&self, span: usize, u: f64) -> Option<(usize, f64)> {
-        let (from, to) = (self.rows[span] as usize, self.rows[span + 1] as usize);
-        let place = u * (to - from) as f64;
-        let row = from + (place.floor().max(0.0) as usize).min((to - from).checked_sub(1)?);
-        Some((row, place - (row - from) as f64))
+        piece_at([self.rows[span], self.rows[span + 1]], u)
     }
 
     /// The position at a fraction of a span. At a vertex it is exactly the vertex.

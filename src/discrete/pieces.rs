@@ -109,7 +109,11 @@ fn fit_through<const D: usize>(
         let own = Pieces { kept: &kept, owners: curves.iter().map(|&i| pieces.owners[i]).collect() };
         let done = |k: usize, ready: &PreparedCurve<D>| attempts[curves[k]].outcome(ready, even.of(curves[k]));
         let rest = fit(&batch.select(&curves), &own, &done, device, &tally.of_selected(&curves))?;
-        finished_on_cpu += if device.as_gpu().is_some() { rest.device.finished_on_cpu } else { curves.len() };
+        let is_lost = |i: &&usize| matches!(attempts[**i], Attempt::Lost);
+        finished_on_cpu += match device.as_gpu() {
+            Some(_) => rest.device.finished_on_cpu,
+            None => curves.len() - curves.iter().filter(is_lost).count(),
+        };
         found.extend(curves.into_iter().zip(rest.reports.into_iter().zip(rest.curves)));
     }
     let all = attempts.into_iter().enumerate().map(|(i, attempt)| match attempt {

@@ -58,7 +58,7 @@ pub(super) struct Descended<const D: usize> {
 }
 
 /// Descends a curve from the spline and from `fair.starts` − 1 other starts, each subject to its
-/// limits. `outcome` is that of the first descent, if that is done.
+/// limits. `outcome` is the result of the first descent, if that is done.
 pub(super) async fn best<const D: usize>(
     curve: &CurveFit<'_, D>,
     ready: PreparedCurve<D>,

@@ -37,7 +37,7 @@ pub(super) struct Ending {
     pub norm: f64,
     /// The tolerance of `norm`.
     pub tolerance: f64,
-    /// The length of the curve over that of its data polygon.
+    /// The ratio of the curve's length to its data polygon's.
     pub times: f64,
     pub deviation: f64,
     pub is_attached: bool,

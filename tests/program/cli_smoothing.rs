@@ -96,7 +96,7 @@ fn within_goes_with_neither_a_surface_nor_another_distance() {
     let fit = "fit in.csv -o out.csv --device cpu --force --within 0.5";
     for (options, said) in [
         ("--method fair", "--within 0.5 belongs to --method smoothing"),
-        ("--surface wgs84", "--within 0.5 is that of curves without a --surface"),
+        ("--surface wgs84", "--within 0.5 goes with no --surface"),
         ("--parametrisation uniform", "--parametrisation uniform does not go with --within"),
         ("--tube 1", "cannot be used"),
     ] {

@@ -128,7 +128,7 @@ impl Form<'_> {
         self.composition.definitions.contains_key("TAUT")
     }
 
-    /// The places of curves of these shapes, those of similar sizes next to each other.
+    /// The places of curves of these shapes in the arrays.
     pub fn layout(&self, shapes: &[Shape]) -> Layout {
         let mut layout = Layout { table: vec![], fixed: 0, displacements: 0, work: 0 };
         let (side, d) = (self.side(), self.dimension);

@@ -23,7 +23,7 @@ pub(super) struct Section {
     /// Its first knot and its last, which may be beyond the end of a closed curve.
     from: usize,
     to: usize,
-    /// The area of the polygon, and by how much that of the curve may differ.
+    /// The area of the polygon, and by how much the curve's may differ.
     wanted: f64,
     allowed: f64,
     pressure: f64,
@@ -32,8 +32,8 @@ pub(super) struct Section {
 }
 
 impl Section {
-    /// The sections of a curve with these pinned knots. Its values are those of the polygon, and its
-    /// moments are 0.
+    /// The sections of a curve with these pinned knots. Its values are the polygon's, and its moments
+    /// are 0.
     pub fn all(problem: &Reinsch<f64>, polygon: &[f64], pinned: &[usize]) -> Vec<Self> {
         let n = problem.count;
         let mut ends: Vec<[usize; 2]> = pinned.windows(2).map(|pair| [pair[0], pair[1]]).collect();

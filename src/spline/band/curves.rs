@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::batch::{CurveBatch, Origin, Unfitted};
-use crate::curve::{Curve, Input, Jet, Sampling, samples_at, vector};
+use crate::curve::{Curve, Input, Jet, Sampling, piece_at, samples_at, vector};
 use crate::motion::Motion;
 use crate::parallel;
 use crate::report::CurveSet;
@@ -71,10 +71,7 @@ impl BandCurve {
     /// The knot before a fraction of a span, and the fraction after it. `None` for a span between
     /// repeated points.
     fn piece(&self, span: usize, u: f64) -> Option<(usize, f64)> {
-        let (from, to) = (self.rows[span] as usize, self.rows[span + 1] as usize);
-        let place = u * (to - from) as f64;
-        let row = from + (place.floor().max(0.0) as usize).min((to - from).checked_sub(1)?);
-        Some((row, place - (row - from) as f64))
+        piece_at([self.rows[span], self.rows[span + 1]], u)
     }
 }
 

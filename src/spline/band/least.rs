@@ -16,7 +16,7 @@ const REACH: f64 = 2.0;
 /// where the curve does not settle within the band.
 const SLACKS: [f64; 2] = [0.95, 0.85];
 
-/// The radius that a knot of the curve may have, over that of its disc.
+/// The distance that a knot of the curve may have from its disc's centre, over the disc's radius.
 const ROOM: f64 = 1.05;
 
 /// The part of a new value in over-relaxation.
@@ -253,34 +253,23 @@ impl Least {
         largest
     }
 
-    /// The Bézier control points of a span of the curve, of `values` at its knots less those of the
-    /// solution.
-    fn bezier(&self, k: usize, values: &[f64]) -> [[f64; 3]; 4] {
-        let (d, n, h) = (self.problem.dimension, self.problem.count, self.problem.spans[k]);
-        let next = if k + 1 == n { 0 } else { k + 1 };
-        let mut points = [[0.0; 3]; 4];
-        for c in 0..d {
-            let (p, s) = (values[k * d + c], values[next * d + c]);
-            let [m, o] = [k, next].map(|k| self.problem.alpha * self.problem.moments[k * d + c]);
-            let rise = self.values[next * d + c] - self.values[k * d + c];
-            let [start, end] = [rise - h * h * (2.0 * m + o) / 6.0, rise + h * h * (m + 2.0 * o) / 6.0];
-            // What the values are less than those of the solution.
-            let other = rise - (s - p);
-            points[0][c] = p;
-            points[1][c] = p + (start - other) / 3.0;
-            points[2][c] = s - (end - other) / 3.0;
-            points[3][c] = s;
-        }
-        points
-    }
-
-    /// The largest distance of the curve from the polygon at one arc length, by the control points
-    /// of their difference.
+    /// The largest distance of the curve from the polygon at one arc length, by the Bézier control
+    /// points of their difference.
     fn farthest(&self) -> f64 {
-        let away: Vec<f64> = self.values.iter().zip(&self.polygon).map(|(p, q)| p - q).collect();
+        let (d, n) = (self.problem.dimension, self.problem.count);
         let mut farthest = 0.0_f64;
-        for k in 0..self.problem.spans.len() {
-            farthest = self.bezier(k, &away).iter().fold(farthest, |so_far, e| so_far.max(dot(*e, *e)));
+        for (k, h) in self.problem.spans.iter().enumerate() {
+            let next = if k + 1 == n { 0 } else { k + 1 };
+            let mut points = [[0.0; 3]; 4];
+            for c in 0..d {
+                let ends = [k, next].map(|k| k * d + c);
+                let [p, s] = ends.map(|at| self.values[at] - self.polygon[at]);
+                let [m, o] = ends.map(|at| h * h * self.problem.alpha * self.problem.moments[at]);
+                let [from, to] = [s - p - (2.0 * m + o) / 6.0, s - p + (m + 2.0 * o) / 6.0];
+                let own = [p, p + from / 3.0, s - to / 3.0, s];
+                points.iter_mut().zip(own).for_each(|(point, x)| point[c] = x);
+            }
+            farthest = points.iter().fold(farthest, |so_far, e| so_far.max(dot(*e, *e)));
         }
         farthest.sqrt()
     }

@@ -6,7 +6,7 @@ use crate::linalg::scalar::{Vector, dot, scale, subtract};
 const STRAIGHT: f64 = 0.01;
 
 /// The distances of every vertex from the ends of its straight run, along the polygon: on the side
-/// of the edge before it, and on that of the edge after it. Points are in units of D.
+/// of the edge before it, and of the edge after it. Points are in units of D.
 ///
 /// The vertices of a run are within [`STRAIGHT`] of its chord. A closed polygon has its first vertex
 /// again at its end.
