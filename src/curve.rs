@@ -2,6 +2,9 @@
 
 pub(crate) mod convert;
 mod even;
+pub(crate) mod few;
+pub(crate) mod fewest;
+pub(crate) mod handles;
 pub(crate) mod measure;
 mod samples;
 mod sampling;
@@ -193,6 +196,12 @@ pub trait Curve: Sync {
         samples::least(&self, sampling)
     }
 
+    #[doc(hidden)]
+    /// Whether [`Sampling::Tolerance`] has a sample at the start of a span, on the curve.
+    fn is_fixed(&self, span: usize) -> bool {
+        few::is_corner(&self, span)
+    }
+
     /// Spans and fractions of the samples, in order along the curve: see [`Sampling`].
     fn sites(&self, sampling: Sampling) -> Vec<(usize, f64)> {
         samples::sites(&self, sampling)
@@ -211,6 +220,14 @@ pub trait Curve: Sync {
     /// Consecutive pieces share their end point, bit for bit.
     fn beziers(&self, tolerance: f64) -> Vec<[DVec3; 4]> {
         convert::beziers(&self, tolerance)
+    }
+
+    /// The curve as a chain of as few cubic Béziers as the tolerance allows.
+    ///
+    /// As [`beziers`](Self::beziers), but a piece may cover many spans. It ends where the direction
+    /// turns by more than one degree, and with `extremes` where x or y is extreme, as fonts ask.
+    fn fewest_beziers(&self, tolerance: f64, extremes: bool) -> Vec<[DVec3; 4]> {
+        fewest::fewest(&self, tolerance, extremes)
     }
 }
 

@@ -49,6 +49,27 @@ impl Deviation {
         }
     }
 
+    /// This distance less another one of the same kind. `None` for two kinds.
+    #[must_use]
+    pub fn less(self, other: Deviation) -> Option<Deviation> {
+        match (self, other) {
+            (Deviation::Units(a), Deviation::Units(b)) => Some(Deviation::Units(a - b)),
+            (Deviation::OfSize(a), Deviation::OfSize(b)) => Some(Deviation::OfSize(a - b)),
+            (Deviation::Ground(a), Deviation::Ground(b)) => Some(Deviation::Ground(a - b)),
+            _ => None,
+        }
+    }
+
+    /// A part or a multiple of this distance.
+    #[must_use]
+    pub fn times(self, factor: f64) -> Deviation {
+        match self {
+            Deviation::Units(a) => Deviation::Units(factor * a),
+            Deviation::OfSize(a) => Deviation::OfSize(factor * a),
+            Deviation::Ground(a) => Deviation::Ground(factor * a),
+        }
+    }
+
     /// Its number, whatever the unit.
     #[doc(hidden)]
     #[must_use]

@@ -282,9 +282,20 @@ impl Fit {
 
     /// Every curve as a chain of cubic Béziers, with a tolerance for each.
     pub fn beziers_each(&self, tolerance: impl Fn(usize) -> f64 + Sync) -> CurveBatch {
+        self.chains(|i| self.curve(i).beziers(tolerance(i)))
+    }
+
+    /// Every curve as a chain of as few cubic Béziers as a tolerance for each allows:
+    /// [`Curve::fewest_beziers`].
+    pub fn fewest_beziers_each(&self, tolerance: impl Fn(usize) -> f64 + Sync, extremes: bool) -> CurveBatch {
+        self.chains(|i| self.curve(i).fewest_beziers(tolerance(i), extremes))
+    }
+
+    /// Chains of these Béziers.
+    fn chains(&self, beziers: impl Fn(usize) -> Vec<[DVec3; 4]> + Sync) -> CurveBatch {
         let shape = self.polylines(Sampling::PerSpan(1));
         let chain = |i: usize| {
-            let pieces = if shape.count(i) > 1 { self.curve(i).beziers(tolerance(i)) } else { Vec::new() };
+            let pieces = if shape.count(i) > 1 { beziers(i) } else { Vec::new() };
             let mut points: Vec<DVec3> = pieces.iter().flat_map(|piece| &piece[..3]).copied().collect();
             match pieces.last() {
                 // The last point equals the first, and `closed_each` drops it.

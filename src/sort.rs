@@ -1,4 +1,6 @@
-//! Stable sorting, compiled once. The standard library's takes 7 kB of machine code per type and
+//! Sorting and searching.
+//!
+//! Stable sorting is compiled once. The standard library's takes 7 kB of machine code per type and
 //! order, and compares some nanoseconds faster: hot code uses it.
 
 use std::cmp::Ordering;
@@ -33,6 +35,21 @@ pub(crate) fn map<K: Ord, V>(pairs: impl IntoIterator<Item = (K, V)>) -> BTreeMa
         map.insert(key, value);
     }
     map
+}
+
+/// The last of the indices from `start` on that `holds`, which holds for `start`. Steps double while it
+/// holds, and then halve.
+pub(crate) fn farthest(start: usize, holds: impl Fn(usize) -> bool) -> usize {
+    let (mut end, mut step) = (start, 1);
+    while holds(end + step) {
+        end += step;
+        step *= 2;
+    }
+    while step > 1 {
+        step /= 2;
+        end += if holds(end + step) { step } else { 0 };
+    }
+    end
 }
 
 #[cfg(test)]

@@ -124,7 +124,7 @@ def adapters() -> list[tuple[str, str, str]]:
 
 def natural(batch: Batch, ends: str, parametrisation: str, preserve_shape: bool, device: str, precision: str) -> Fit: ...
 def smoothing(
-    batch: Batch, amount: str, value: str, pin_ends: bool, parametrisation: str, device: str, precision: str
+    batch: Batch, amount: str, value: str, corners: str, pin_ends: bool, parametrisation: str, device: str, precision: str
 ) -> Fit: ...
 def in_surface(
     batch: Batch,

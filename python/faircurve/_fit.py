@@ -114,7 +114,7 @@ class Fit:
             shape = (shape[0], values.size // max(1, shape[0] * int(np.prod(inner))))
         return values.reshape(*shape, *inner)
 
-    def sample(self, count: int | None = None, *, per_span: int | None = None, points: int | None = None, spacing: float | None = None, out: Floats | None = None) -> Any:
+    def sample(self, count: int | None = None, *, per_span: int | None = None, points: int | None = None, spacing: float | None = None, tolerance: float | None = None, out: Floats | None = None) -> Any:
         """Points along the curves, as the kind of thing that was fitted.
 
         Parameters
@@ -127,6 +127,8 @@ class Fit:
             So many samples of each curve at equal arc lengths.
         spacing : float
             Samples at equal arc lengths, at most this far apart.
+        tolerance : float
+            As few samples as keep within this distance of the curve, and the curve within it of them.
         out : array
             Memory for the samples, C-contiguous float64 of any shape with as many numbers. Memory that is kept saves most
             of the time that new memory takes.
@@ -136,7 +138,7 @@ class Fit:
         What came in, arrays over the memory of `out` if it is given: an array (B, m, d), a list of arrays, a GeoSeries, a pyarrow array, …
         A closed curve has every sample once; rings of shapely repeat the first at their end.
         """
-        given = [("count", count), ("per_span", per_span), ("points", points), ("spacing", spacing)]
+        given = [("count", count), ("per_span", per_span), ("points", points), ("spacing", spacing), ("tolerance", tolerance)]
         asked = [(how, value) for how, value in given if value is not None]
         if len(asked) > 1:
             raise TypeError(f"samples are taken one way: {' or '.join(how for how, _ in asked)}")

@@ -130,6 +130,9 @@ class Smoothing:
     within : float or str
         The same within this distance of the whole polygon, and the polygon within it of the curve: for maps and drawings. Long
         straight lines stay straight, and closed curves keep their area.
+    corners : {"auto", "straight"} or float, optional
+        With ``within`` the corners that stay sharp: "auto" finds them at the scale of the distance, also in noise of half of it;
+        "straight" takes those between straight lines; a number is the turn, in degrees, from which on a point is one.
     pin_ends : bool
         Whether the ends of open curves stay where they are.
     parametrisation : {"auto", "chord", "centripetal", "uniform", "given"}
@@ -151,6 +154,7 @@ class Smoothing:
     deviation: float | str | None = None
     tube: float | str | None = None
     within: float | str | None = None
+    corners: Literal["auto", "straight"] | float | None = None
     pin_ends: bool = True
     parametrisation: Parametrisation = "auto"
     surface: Surface | None = None
@@ -169,10 +173,15 @@ class Smoothing:
         name, value = asked[0]
         if not isinstance(value, str) and not (value >= 0 if name == "lam" else value > 0):
             raise ValueError(f"{name} is {value}; it must be {'0 or ' if name == 'lam' else ''}a positive number")
+        if self.corners is not None and name != "within":
+            raise ValueError(f"corners go with within, and not with {name}")
+        if isinstance(self.corners, str) and self.corners not in ("auto", "straight"):
+            raise ValueError(f"corners is {self.corners!r}; it must be 'auto', 'straight' or a number of degrees")
+        corners = "none" if self.corners is None else str(self.corners)
         given = ragged(curves)
         batch = _batch(given, closed=closed, t=t, tangents=tangents, weights=weights, pinned=pinned)
         if self.surface is None:
-            fit = _core.smoothing(batch, name, str(value), self.pin_ends, self.parametrisation, device, precision)
+            fit = _core.smoothing(batch, name, str(value), corners, self.pin_ends, self.parametrisation, device, precision)
         elif self.lam is None:
             raise ValueError(f"smoothing splines in a surface take lam, and not {name}: within a distance of points ask for Fair(deviation=…)")
         else:

@@ -159,7 +159,7 @@ impl Fit {
         columns(py, self.fit.reports())
     }
 
-    /// Samples: "count", "per_span", "points" or "spacing". With `out` they are written there.
+    /// Samples: "count", "per_span", "points", "spacing" or "tolerance". With `out` they are written there.
     #[pyo3(signature = (how, value, out=None))]
     fn sample<'py>(
         &self,
@@ -172,6 +172,7 @@ impl Fit {
             "count" => Sampling::Count(value as usize),
             "per_span" => Sampling::PerSpan(value as usize),
             "points" => Sampling::Points(value as usize),
+            "tolerance" => Sampling::Tolerance(value),
             _ => Sampling::Spacing(value),
         };
         sampling.check(&self.batch.get().batch).map_err(crate::error)?;

@@ -2,7 +2,7 @@
 
 use faircurve::discrete::{Energy, Expression, Fair, Limits, MOST_EDGES, Region, Segments};
 use faircurve::scf::{Smooth, Start};
-use faircurve::spline::{Band, Ends, Natural, Parametrisation, Smoothing, SmoothingTarget, SurfaceSpline};
+use faircurve::spline::{Band, Corners, Ends, Natural, Parametrisation, Smoothing, SmoothingTarget, SurfaceSpline};
 use faircurve::{CurveBatch, Deviation, Device, Work};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -93,12 +93,13 @@ pub fn in_surface(
 }
 
 #[pyfunction]
-#[pyo3(signature = (batch, amount, value, pin_ends, parametrisation, device, precision))]
+#[pyo3(signature = (batch, amount, value, corners, pin_ends, parametrisation, device, precision))]
 pub fn smoothing(
     py: Python<'_>,
     batch: &Bound<'_, Batch>,
     amount: &str,
     value: &str,
+    corners: &str,
     pin_ends: bool,
     parametrisation: &str,
     device: &str,
@@ -117,6 +118,12 @@ pub fn smoothing(
             }
             let mut method = Band::within(distance()?);
             method.pin_ends = pin_ends;
+            method.corners = match corners {
+                "none" => Corners::Rounded,
+                "auto" => Corners::Auto,
+                "straight" => Corners::Straight,
+                degrees => Corners::Above(degrees.parse::<f64>()?.to_radians()),
+            };
             return fitted!(py, batch, device, precision, method);
         }
     };

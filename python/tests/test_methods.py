@@ -329,6 +329,14 @@ def test_curves_within_a_distance_of_their_polygon_stay_straight_and_keep_their_
     assert len(middle) > 3 and abs(middle[:, 1]).max() < 0.02
     x, y = points.T
     assert abs(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)) - 1200) < 1.2
+    sharp = fc.Smoothing(within=1, corners="auto").fit([house], closed=True)
+    assert sharp.max_curvature[0] < 1e-6 < fit.max_curvature[0]
+    few = sharp.sample(tolerance=0.1)[0]
+    assert len(few) <= 8 < len(fit.sample(tolerance=0.01)[0])
+    with pytest.raises(ValueError, match="corners go with within"):
+        fc.Smoothing(lam=1, corners="auto").fit([house])
+    with pytest.raises(ValueError, match="must be 'auto', 'straight' or a number"):
+        fc.Smoothing(within=1, corners="sharp").fit([house])
     with pytest.raises(TypeError, match="give one of lam, deviation, tube and within"):
         fc.Smoothing(within=1, tube=1).fit([house])
     with pytest.raises(ValueError, match="within goes by arc length"):

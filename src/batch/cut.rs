@@ -49,6 +49,7 @@ impl CurveBatch {
         let origin = Arc::new(Origin {
             names: Some(firsts.iter().map(|&curve| self.name(curve as usize).into_owned()).collect()),
             cut: Some(Cut { whole: self.origin.clone(), offsets: offsets.clone(), curves: firsts, points }),
+            geographic: self.origin.geographic,
             ..Origin::default()
         });
         let bare = CurveBatch::bare(self.dimension, coords, offsets, closed, origin);
@@ -150,6 +151,7 @@ impl CurveBatch {
                     points: pieces.iter().flat_map(given).collect(),
                     offsets: ends.clone(),
                 }),
+                geographic: origin.geographic,
                 ..Origin::default()
             }),
         }

@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use crate::constraint::{Constraint, Constraints, gather_rows, rows_of};
-use crate::error::{Error, Result, shortened};
+use crate::error::{Error, Result};
 use crate::numbers::Numbers;
 use crate::ragged;
 use crate::sort;
@@ -386,6 +386,11 @@ impl CurveBatch {
         self.origin.is_map
     }
 
+    /// Whether a part of the file was not [selected](crate::io::ReadOptions::selected).
+    pub fn has_unselected(&self) -> bool {
+        !self.origin.unselected.is_empty()
+    }
+
     /// Whether x and y are longitudes and latitudes in degrees.
     pub fn is_geographic(&self) -> bool {
         self.origin.geographic
@@ -410,7 +415,7 @@ impl CurveBatch {
     #[doc(hidden)]
     /// The name of curve `i` for a message, cut to 80 characters.
     pub fn label(&self, i: usize) -> String {
-        shortened(&self.name(i)).into_owned()
+        self.origin.label(i)
     }
 
     /// Why curve `i` cannot be fitted, if so.
@@ -431,7 +436,7 @@ impl CurveBatch {
             origin = &cut.whole;
         }
         let place = origin.place(curve, k);
-        format!("{place}curve {}, point {k}: {what}", shortened(&origin.name(curve)))
+        format!("{place}curve {}, point {k}: {what}", origin.label(curve))
     }
 
     /// The listed curves in this order, with names and constraints, but without the document.

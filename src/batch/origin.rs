@@ -6,6 +6,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use super::Clock;
+use crate::error::shortened;
 
 /// The provenance of a batch: places for messages, and the document to write back.
 #[derive(Clone, Debug, Default)]
@@ -21,6 +22,10 @@ pub(crate) struct Origin {
     pub unwrapped: Vec<usize>,
     /// Whether all longitudes in the file are within ±180.
     pub within_half_turn: bool,
+    /// The first curve of every feature, and what people call it, such as Fiji.
+    pub titles: Vec<(usize, Option<String>)>,
+    /// The curves that were not selected, in order: they stay as they are.
+    pub unselected: Vec<usize>,
     /// Whether the file has polygons, whose neighbours share borders.
     pub is_map: bool,
     /// Notes about the file, one line each.
@@ -47,6 +52,16 @@ impl Origin {
         match &self.names {
             Some(names) => Cow::Borrowed(&names[i]),
             None => Cow::Owned(i.to_string()),
+        }
+    }
+
+    /// What messages call curve `i`: its name, and what people call its feature.
+    pub(crate) fn label(&self, i: usize) -> String {
+        let name = self.name(i);
+        let feature = self.titles.partition_point(|(first, _)| *first <= i).checked_sub(1);
+        match feature.and_then(|feature| self.titles[feature].1.as_deref()).filter(|title| *title != name) {
+            Some(title) => format!("{} ({})", shortened(&name), shortened(title)),
+            None => shortened(&name).into_owned(),
         }
     }
 

@@ -32,7 +32,6 @@ mod eigen;
 mod energy;
 mod exact;
 mod gpu;
-mod handles;
 mod length;
 mod linear;
 mod operator;

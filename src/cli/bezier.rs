@@ -85,7 +85,8 @@ pub fn run(args: &BezierArgs) -> Result<bool> {
     };
     let title = title(&args.curves.input.input);
     let picture = Picture { title, method: args.plan.title(), ..Picture::default() };
-    let (options, notes) = (args.write_options(is_drawn), [simplified, not_unique(&fit)].concat());
+    let options = WriteOptions { decimals: args.curves.decimals(&batch), ..args.write_options(is_drawn) };
+    let notes = [simplified, not_unique(&fit)].concat();
     let method = "bezier";
     let made = Made { batch: &batch, fit: &fit, curves, options, method, picture, notes, lambda_unit: 1.0 };
     made.finish(run, &args.curves)

@@ -24,8 +24,7 @@ pub const ROUNDING: f64 = 0.01;
 pub enum Shape {
     /// Points along the curve
     Polyline,
-    /// Chains of cubic Béziers within --tolerance of the curves: drawn in SVG, control points in
-    /// CSV and NPZ
+    /// Chains of cubic Béziers: drawn in SVG, control points in CSV and NPZ
     Bezier,
 }
 
@@ -46,7 +45,7 @@ pub struct CurveArgs {
     pub to: Option<Format>,
     /// Rounds coordinates to N decimals, in CSV, GeoJSON, TopoJSON and SVG
     ///
-    /// TopoJSON is quantised then. By default GeoJSON has as many as the input's points, but no
+    /// TopoJSON is quantised then. By default --tolerance says how many. Without it GeoJSON has as many as the input's points, but no
     /// fewer than ten significant digits, and for longitudes and latitudes no more than nine
     /// decimals (0.1 mm). The other formats have all digits.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=15), help_heading = "Output")]
@@ -139,7 +138,6 @@ impl Made<'_> {
     /// A file that cannot be written.
     pub fn finish(self, mut run: Run, args: &CurveArgs) -> Result<bool> {
         let Made { batch, fit, curves, mut options, .. } = self;
-        options.decimals = args.decimals(batch);
         let (points, unusable) = unusable(args.strict, batch, fit);
         let mut notes = self.notes;
         if args.drop_unusable {

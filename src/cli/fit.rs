@@ -1,5 +1,7 @@
 //! `faircurve fit`: a file of points in, a file of curves out.
 
+use std::f64::consts::SQRT_2;
+use std::str::FromStr;
 use std::sync::Arc;
 
 use clap::Args;
@@ -8,7 +10,7 @@ use faircurve::ground::check_samples;
 use faircurve::io::{self, Flatness, Format, ReadOptions, WriteOptions};
 use faircurve::picture::Picture;
 use faircurve::topology::Topology;
-use faircurve::{CurveBatch, Device, Error, Fit, Result, Sampling};
+use faircurve::{CurveBatch, Deviation, Device, Error, Fit, Result, Sampling};
 
 use super::curves::{BEZIER_TOLERANCE, CurveArgs, Made, ROUNDING, Shape, size};
 use super::map::{self, MapArgs};
@@ -19,6 +21,30 @@ use super::sampling::{count_of, points, sampling};
 use super::track::TrackArgs;
 use super::{count, positive};
 
+/// The part of --tolerance that the rounding of coordinates may take, and the most decimals. With 0.1
+/// small islands have another area.
+const ROUNDED: f64 = 0.02;
+const MOST_DIGITS: f64 = 15.0;
+
+/// The part of --within that --tolerance auto is, of samples and of Béziers.
+const AUTO: f64 = 0.25;
+const AUTO_OF_BEZIERS: f64 = 0.1;
+
+/// How far what is written may be from its curve.
+#[derive(Clone, Copy, Debug)]
+enum Tolerance {
+    Auto,
+    Distance(Deviation),
+}
+
+impl FromStr for Tolerance {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        if text == "auto" { Ok(Tolerance::Auto) } else { text.parse().map(Tolerance::Distance) }
+    }
+}
+
 #[derive(Args, Debug)]
 pub struct FitArgs {
     #[command(flatten)]
@@ -28,6 +54,18 @@ pub struct FitArgs {
     shape: Shape,
     #[command(flatten)]
     method: MethodArgs,
+    /// Writes as few samples as keep within T of the curve, or with --as bezier as few cubics
+    ///
+    /// T is a distance as --within takes it. With --within the curve is fitted within D − T, so that
+    /// what is written is within D. T may then be auto: a quarter of D, or less, down to a 40th, for
+    /// curves that have no more samples for it than data points; with --as bezier a tenth of D.
+    /// Coordinates are rounded to digits that T can do without. [default with --as bezier: 1e-6 of the
+    /// data's size, and a cubic or more per span]
+    #[arg(long, value_name = "auto|T", conflicts_with_all = ["samples", "spacing", "points", "every", "at"], allow_negative_numbers = true, help_heading = "Output")]
+    tolerance: Option<Tolerance>,
+    /// Ends Béziers where x or y is extreme, as fonts ask; with --as bezier and --tolerance
+    #[arg(long, requires = "tolerance", help_heading = "Output")]
+    extremes: bool,
     /// Samples at equal arc length, at most D apart
     ///
     /// In units of the input. It takes the place of --samples.
@@ -51,20 +89,24 @@ pub fn run(args: &FitArgs) -> Result<bool> {
         Some(sampling) => sampling,
         None => sampling(args.method.samples, args.spacing)?,
     };
-    let method = args.method()?;
+    let (method, note_of_tolerance) = args.method()?;
     args.check()?;
 
     let mut run = Run::start(&args.run, "curve", ["fitting", "fitted"]);
     let input = &args.curves.input;
     let by_default = input.options();
-    let flatness = args.asked_tolerance().map(Flatness::Within).or(by_default.flatness);
+    let flatness = args.units_of_tolerance().map(Flatness::Within).or(by_default.flatness);
     let options = ReadOptions { carried: args.tracks.carried(), flatness, ..by_default };
     let batch = io::read_with(&input.input, &options)?;
     let batch = args.tracks.split(batch)?;
+    let tolerance = args.tolerance_for(&batch)?;
+    let sampling = tolerance.map_or(sampling, |tolerance| args.sampling_within((1.0 - ROUNDED) * tolerance));
     let tracks = args.tracks.samples(&batch, sampling)?;
     let mut units = args.method.distances(&batch, args.spacing)?;
     let (method, of_lambda) = method.for_times_of(&batch);
-    units.extend(of_lambda.into_iter().chain(tracks.as_ref().and_then(|tracks| tracks.note(&batch))));
+    units.extend(
+        note_of_tolerance.into_iter().chain(of_lambda).chain(tracks.as_ref().and_then(|tracks| tracks.note(&batch))),
+    );
     let points_out = |i: usize| match &tracks {
         _ if args.shape == Shape::Bezier => None,
         Some(tracks) => tracks.count(&batch, i),
@@ -81,7 +123,8 @@ pub fn run(args: &FitArgs) -> Result<bool> {
         None if args.shape == Shape::Polyline => check_samples(sampling, &batch, method.surface(), 0)?,
         None => {}
     }
-    let tolerances = args.bezier_tolerances(&batch)?;
+    let chains = Chains::new(&batch, tolerance, args.extremes);
+    let decimals = args.decimals(&batch, tolerance);
     let volume = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "point"));
     let topology = args.map.topology(&batch, args.tracks.given().as_deref(), args.method.keeps_area())?;
     let fitted = topology.as_ref().map_or(&batch, |topology| topology.strokes());
@@ -101,10 +144,10 @@ pub fn run(args: &FitArgs) -> Result<bool> {
         }
         (None, Shape::Bezier, _) => {
             let fit = method.fit(&batch, &device)?;
-            let (beziers, notes) = (fit.beziers_each(|i| tolerances[i]), method.notes(&fit));
+            let (beziers, notes) = (chains.of(&fit), method.notes(&fit));
             (fit, beziers, notes)
         }
-        (Some(topology), ..) => args.fit_map(&mut run, topology, &method, sampling, &tolerances, &device)?,
+        (Some(topology), ..) => args.fit_map(&mut run, topology, &method, (sampling, decimals), &chains, &device)?,
     };
     let picture = Picture {
         comb: args.comb,
@@ -112,7 +155,9 @@ pub fn run(args: &FitArgs) -> Result<bool> {
         method: args.method.title(),
         ..Picture::default()
     };
-    let options = args.write_options();
+    // Points that were rounded have few digits, and what stays has its own.
+    let decimals = decimals.filter(|_| topology.is_none() || !args.map.keeps_a_part(&batch));
+    let options = WriteOptions { decimals, ..args.write_options(tolerance) };
     let lambda_unit = method.lambda_unit(&batch);
     let notes = units.into_iter().chain(notes).collect();
     let method = args.method.word();
@@ -128,8 +173,8 @@ impl FitArgs {
         run: &mut Run,
         topology: &Arc<Topology>,
         method: &Method,
-        sampling: Sampling,
-        tolerances: &[f64],
+        (sampling, decimals): (Sampling, Option<u8>),
+        chains: &Chains,
         device: &Device,
     ) -> Result<(Fit, CurveBatch, Vec<String>)> {
         let (batch, beziers) = (topology.curves(), self.shape == Shape::Bezier);
@@ -147,16 +192,14 @@ impl FitArgs {
         let mut notes = method.notes(&strokes);
         run.step("looking at crossings");
         let mut strokes = topology.sample(strokes, sampling);
-        let decimals = self.curves.decimals(batch).filter(|_| !beziers && self.curves.rounds(batch));
+        let decimals = decimals.filter(|_| !beziers && self.curves.rounds(batch));
         if let Some(decimals) = decimals {
             strokes = strokes.rounded(decimals);
         }
         let (strokes, of_map) = self.map.mend(&topology, strokes, decimals);
         notes.extend(of_map.into_iter().chain(divided));
         let fit = strokes.join();
-        // One tolerance, so that curves share the Béziers of their borders.
-        let tolerance = tolerances.iter().copied().fold(f64::INFINITY, f64::min);
-        let curves = if beziers { fit.beziers(tolerance) } else { fit.polylines(sampling) };
+        let curves = if beziers { chains.shared().of(&fit) } else { fit.polylines(sampling) };
         Ok((fit, curves, notes))
     }
 
@@ -168,56 +211,144 @@ impl FitArgs {
             let why = "--as bezier writes the curves themselves: leave --samples and --spacing out";
             return Err(Error::argument(why));
         }
-        if let Some(tolerance) = self.asked_tolerance() {
-            let why = "with --as bezier it is the largest distance of the Béziers from the curve: a positive number, in units of \
-                       the input, such as --tolerance 0.001";
-            positive("--tolerance", tolerance, why)?;
+        if self.extremes && self.shape != Shape::Bezier {
+            return Err(Error::argument("--extremes are ends of Béziers: add --as bezier"));
         }
         if let Some(scale) = self.comb {
             positive("--comb", scale, "the scale of its quills must be a positive number, such as --comb 2")?;
         }
-        io::check_output(&self.curves.output, &self.write_options())?;
+        io::check_output(&self.curves.output, &self.write_options(None))?;
         self.run.check(Some(&self.curves.output), self.curves.picture.as_deref())
     }
 
-    fn write_options(&self) -> WriteOptions {
-        let rounding = self.asked_tolerance().map(|tolerance| ROUNDING * tolerance);
+    fn write_options(&self, tolerance: Option<f64>) -> WriteOptions {
+        let rounding = tolerance.map(|tolerance| ROUNDING * tolerance);
         self.curves.write_options(self.run.force, self.shape == Shape::Bezier, rounding)
     }
 
-    /// The tolerance of Béziers, if --tolerance gives it.
-    fn asked_tolerance(&self) -> Option<f64> {
-        self.method.tolerance.filter(|_| self.shape == Shape::Bezier)
-    }
-
-    /// The method asked for; with --as bezier --tolerance is none of its options.
-    fn method(&self) -> Result<Method> {
-        match self.shape {
-            Shape::Polyline => self.method.method(self.spacing),
-            Shape::Bezier => self.method.without_tolerance().method(self.spacing),
+    /// The decimals that are written, if not all.
+    fn decimals(&self, batch: &CurveBatch, tolerance: Option<f64>) -> Option<u8> {
+        match tolerance {
+            Some(tolerance) if self.curves.digits.is_none() && self.shape == Shape::Polyline => {
+                Some((-(SQRT_2 * ROUNDED * tolerance).log10()).ceil().clamp(0.0, MOST_DIGITS) as u8)
+            }
+            _ => self.curves.decimals(batch),
         }
     }
 
-    /// How far Béziers may be from each curve.
-    fn bezier_tolerances(&self, batch: &CurveBatch) -> Result<Vec<f64>> {
-        let largest = |points: &[f64]| points.iter().filter(|x| x.is_finite()).fold(0.0f64, |a, x| a.max(x.abs()));
-        let Some(tolerance) = self.asked_tolerance() else {
-            let own = |i: usize| {
-                let points = batch.points(i);
-                (BEZIER_TOLERANCE * size(points, batch.dimension())).max(LEAST_TOLERANCE * largest(points))
-            };
-            return Ok((0..batch.len()).map(own).collect());
-        };
+    /// --tolerance as a distance.
+    ///
+    /// # Errors
+    /// auto without --within.
+    fn asked_tolerance(&self) -> Result<Option<Deviation>> {
+        match (self.tolerance, self.method.within()) {
+            (None, _) => Ok(None),
+            (Some(Tolerance::Distance(tolerance)), _) => Ok(Some(tolerance)),
+            (Some(Tolerance::Auto), Some(within)) => {
+                Ok(Some(within.times(if self.shape == Shape::Bezier { AUTO_OF_BEZIERS } else { AUTO })))
+            }
+            (Some(Tolerance::Auto), None) => Err(Error::argument(
+                "--tolerance auto is a part of --within: give a distance, such as --tolerance 0.001",
+            )),
+        }
+    }
+
+    /// --tolerance in units of the input, if it is one.
+    fn units_of_tolerance(&self) -> Option<f64> {
+        match self.asked_tolerance() {
+            Ok(Some(Deviation::Units(tolerance))) => Some(tolerance),
+            _ => None,
+        }
+    }
+
+    fn sampling_within(&self, tolerance: f64) -> Sampling {
+        match self.tolerance {
+            Some(Tolerance::Auto) => Sampling::AsMany(tolerance),
+            _ => Sampling::Tolerance(tolerance),
+        }
+    }
+
+    /// The method asked for, and what is to be said of it.
+    fn method(&self) -> Result<(Method, Option<String>)> {
+        let (mut method, mut note) = (self.method.method(self.spacing)?, None);
+        if let Some(tolerance) = self.asked_tolerance()? {
+            positive("--tolerance", tolerance.number(), "it must be a positive distance, such as --tolerance 0.001")?;
+            if let Method::Band(band) = &mut method {
+                let within = band.distance;
+                band.distance = within.less(tolerance).filter(|left| left.number() > 0.0).ok_or_else(|| {
+                    Error::argument(format!(
+                        "--tolerance {tolerance} is a part of --within {within}: give less, in the same unit"
+                    ))
+                })?;
+                let left = band.distance;
+                note = Some(format!(
+                    "--within {within}: curves are fitted within {left}, and written within {tolerance} of them"
+                ));
+            }
+        }
+        Ok((method, note))
+    }
+
+    /// --tolerance in units of these curves.
+    fn tolerance_for(&self, batch: &CurveBatch) -> Result<Option<f64>> {
+        let Some(tolerance) = self.asked_tolerance()? else { return Ok(None) };
+        if matches!(tolerance, Deviation::Ground(_)) && !batch.is_geographic() {
+            return Err(Error::argument(format!(
+                "--tolerance {tolerance} is a length on the ground, and the points are not known to be longitudes and latitudes:                  give a number in units of the input"
+            )));
+        }
         // Curves that cannot be fitted come out as they came in, whatever the tolerance.
-        let fitted = (0..batch.len()).filter(|&i| batch.problem(i).is_none());
-        let largest = fitted.map(|i| largest(batch.points(i))).fold(0.0, f64::max);
+        let fitted: Vec<usize> = (0..batch.len()).filter(|&i| batch.problem(i).is_none()).collect();
+        let each = fitted.iter().map(|&i| tolerance.of(batch, i)).filter(|tolerance| *tolerance > 0.0);
+        let Some(smallest) = each.reduce(f64::min) else { return Ok(None) };
+        let largest = fitted.iter().map(|&i| largest_coordinate(batch.points(i))).fold(0.0, f64::max);
         let least = LEAST_TOLERANCE * largest;
-        if tolerance < least {
+        if smallest < least {
             return Err(Error::argument(format!(
                 "--tolerance is {tolerance}, but coordinates up to {largest} are rounded to about as much: give {least:.0e} or more"
             )));
         }
-        // What the rounding of the output takes is left to it.
-        Ok(vec![(1.0 - ROUNDING) * tolerance; batch.len()])
+        Ok(Some(smallest))
     }
+}
+
+/// How curves become Béziers.
+#[derive(Clone)]
+struct Chains {
+    /// The tolerance of each curve.
+    tolerances: Vec<f64>,
+    /// Whether there are as few as possible.
+    fewest: bool,
+    /// Whether they end at extremes.
+    extremes: bool,
+}
+
+impl Chains {
+    fn new(batch: &CurveBatch, tolerance: Option<f64>, extremes: bool) -> Self {
+        let own = |i: usize| {
+            let points = batch.points(i);
+            (BEZIER_TOLERANCE * size(points, batch.dimension())).max(LEAST_TOLERANCE * largest_coordinate(points))
+        };
+        // What the rounding of the output takes is left to it.
+        let asked = tolerance.map(|tolerance| (1.0 - ROUNDING) * tolerance);
+        let tolerances = (0..batch.len()).map(|i| asked.unwrap_or_else(|| own(i))).collect();
+        Chains { tolerances, fewest: tolerance.is_some(), extremes }
+    }
+
+    /// One tolerance, so that curves share the Béziers of their borders.
+    fn shared(&self) -> Self {
+        let least = self.tolerances.iter().copied().fold(f64::INFINITY, f64::min);
+        Chains { tolerances: vec![least; self.tolerances.len()], ..*self }
+    }
+
+    fn of(&self, fit: &Fit) -> CurveBatch {
+        match self.fewest {
+            true => fit.fewest_beziers_each(|i| self.tolerances[i], self.extremes),
+            false => fit.beziers_each(|i| self.tolerances[i]),
+        }
+    }
+}
+
+fn largest_coordinate(points: &[f64]) -> f64 {
+    points.iter().filter(|x| x.is_finite()).fold(0.0, |largest, x| x.abs().max(largest))
 }

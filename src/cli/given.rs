@@ -16,11 +16,6 @@ impl Given {
         let given = command.get_arguments().filter(|argument| self.0.contains(argument.get_id()));
         given.filter_map(|argument| Some(format!("--{}", argument.get_long()?))).collect()
     }
-
-    /// These without the option that a field reads.
-    pub fn without(&self, field: &str) -> Self {
-        Given(self.0.iter().filter(|id| *id != field).cloned().collect())
-    }
 }
 
 impl FromArgMatches for Given {

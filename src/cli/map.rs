@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
-use faircurve::topology::{Crossing, Divided, Faults, Mended, Options, Sampled, Topology};
+use faircurve::topology::{Crossing, Divided, Faults, Fitted, Mended, Options, Sampled, Topology};
 use faircurve::{CurveBatch, Error, Result};
 
 use super::given::Given;
@@ -17,6 +17,12 @@ enum Shared {
     Yes,
     /// Never: every curve is fitted by itself
     No,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
+enum Only {
+    Coast,
+    Shared,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
@@ -51,6 +57,10 @@ pub struct MapArgs {
     /// Whether borders that curves share are found, fitted once and stay shared
     #[arg(long, value_enum, default_value_t = Shared::Auto, value_name = "WHEN", help_heading = "Maps")]
     topology: Shared,
+    /// What is fitted of a map: coast, the borders that one polygon has alone, or shared, those between
+    /// polygons; the rest stays as it is
+    #[arg(long, value_enum, value_name = "coast|shared", help_heading = "Maps")]
+    only: Option<Only>,
     /// Points within D of each other are one
     ///
     /// By default only points that are exactly equal are one. D is in units of the input.
@@ -91,6 +101,7 @@ impl MapArgs {
         };
         if !wanted {
             return match self.given.of::<Self>().into_iter().find(|option| option != "--topology") {
+                None if batch.has_unselected() => Topology::apart(batch).map(Some),
                 None if batch.is_map() && option.is_none() => Topology::frame(batch),
                 None => Ok(None),
                 Some(option) => Err(Error::argument(format!(
@@ -110,6 +121,11 @@ impl MapArgs {
         }
         let mut options = Options::of(batch);
         options.snap = self.snap.unwrap_or(options.snap);
+        options.fitted = match self.only {
+            None => Fitted::All,
+            Some(Only::Coast) => Fitted::Outer,
+            Some(Only::Shared) => Fitted::Shared,
+        };
         let by_default = if keeps_area { Junctions::Free } else { Junctions::Smooth };
         if self.junctions.unwrap_or(by_default) == Junctions::Free {
             options.straight = 0.0;
@@ -125,6 +141,11 @@ impl MapArgs {
             ))),
             _ => Ok(()),
         }
+    }
+
+    /// Whether a part of the map stays as it is, bit for bit.
+    pub fn keeps_a_part(&self, batch: &CurveBatch) -> bool {
+        self.only.is_some() || batch.has_unselected()
     }
 
     fn crossings(&self, batch: &CurveBatch) -> Crossings {

@@ -12,7 +12,7 @@ use std::str::FromStr;
 use clap::{Args, ValueEnum};
 use faircurve::discrete::{Pins, Solver};
 use faircurve::scf::Smooth;
-use faircurve::spline::{Band, Natural, Parametrisation, Smoothing, SmoothingTarget};
+use faircurve::spline::{Band, Corners, Natural, Parametrisation, Smoothing, SmoothingTarget};
 use faircurve::{Deviation, Error, Result};
 
 pub use self::chosen::Method;
@@ -55,6 +55,26 @@ impl FromStr for Degrees {
             ));
         }
         Ok(Degrees(degrees))
+    }
+}
+
+/// The corners to keep: auto, or an angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum KeptCorners {
+    Auto,
+    Straight,
+    Above(Degrees),
+}
+
+impl FromStr for KeptCorners {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "auto" => Ok(KeptCorners::Auto),
+            "straight" => Ok(KeptCorners::Straight),
+            angle => angle.parse().map(KeptCorners::Above),
+        }
     }
 }
 
@@ -115,9 +135,11 @@ pub struct MethodArgs {
     parametrisation: Option<Parametrisation>,
     /// Keeps corners: points where the input turns by more than this
     ///
-    /// In degrees, such as 60deg, or 60.
-    #[arg(long, value_name = "ANGLE", allow_hyphen_values = true, help_heading = "Fair curves")]
-    corners: Option<Degrees>,
+    /// In degrees, such as 60deg, or 60. With --within it may be auto or straight. auto finds corners at
+    /// the scale of D, also in noise of half of it; curves that are round at that scale have none.
+    /// straight takes those between straight lines of 8 D or more, as surveyed borders have them.
+    #[arg(long, value_name = "auto|straight|ANGLE", allow_hyphen_values = true, help_heading = "Near the points")]
+    corners: Option<KeptCorners>,
     #[arg(long, value_name = "NAME=WEIGHT,...", help = energy_help(), help_heading = "Fair curves")]
     energy: Option<EnergyWeights>,
     /// Exponent ν of ∫|κ|^ν ds [default: 2]
@@ -155,16 +177,13 @@ pub struct MethodArgs {
     ///
     /// For fair curves it is the size of the gradient, where the curve has size 1. For smooth
     /// connection functions it is the relative decrement.
-    ///
-    /// With --as bezier it is, for every method, the largest distance of the Béziers from the curve
-    /// instead, in units of the input [default: 1e-6 of the data's size].
     #[arg(
         long,
-        value_name = "T",
+        value_name = "SIZE",
         allow_negative_numbers = true,
         help_heading = "Fair curves and smooth connection functions"
     )]
-    pub tolerance: Option<f64>,
+    convergence: Option<f64>,
     #[command(flatten)]
     limits: LimitArgs,
     #[command(flatten)]
@@ -203,7 +222,8 @@ impl MethodArgs {
     /// What a caption calls it: the name of the curves and what is asked of them.
     pub fn title(&self) -> String {
         if let Some(distance) = self.tube.or(self.within) {
-            return format!("splines of least bending within {distance}");
+            let corners = if self.corners.is_some() { ", with their corners" } else { "" };
+            return format!("splines of least bending within {distance}{corners}");
         }
         let asked = [
             (self.name() == MethodName::Fair).then(|| self.energy().to_string()),
@@ -212,14 +232,12 @@ impl MethodArgs {
             self.smoothing.map(|lambda| format!("λ = {lambda}")),
             self.deviation.map(|deviation| format!("deviation ≤ {deviation}")),
         ];
-        let corners = self.corners.map(|Degrees(angle)| format!("corners over {angle}°"));
+        let corners = self.corners.map(|corners| match corners {
+            KeptCorners::Auto | KeptCorners::Straight => "with their corners".into(),
+            KeptCorners::Above(Degrees(angle)) => format!("corners over {angle}°"),
+        });
         let asked = asked.into_iter().flatten().chain(self.limits.titles()).chain(self.surface.title()).chain(corners);
         [self.facts().1.to_string()].into_iter().chain(asked).collect::<Vec<_>>().join(", ")
-    }
-
-    /// These options where --tolerance means something else.
-    pub fn without_tolerance(&self) -> Self {
-        MethodArgs { tolerance: None, given: self.given.without("tolerance"), ..self.clone() }
     }
 
     /// The method asked for.
@@ -248,7 +266,13 @@ impl MethodArgs {
                 }
                 let within = self.within.map(|within| positive("--within", within)).transpose()?;
                 let band = within.map(Band::within).expect("it is given");
-                Ok(Method::Band(Band { pin_ends: self.pin != Some(Pins::None), ..band }))
+                let corners = match self.corners {
+                    None => Corners::Rounded,
+                    Some(KeptCorners::Auto) => Corners::Auto,
+                    Some(KeptCorners::Straight) => Corners::Straight,
+                    Some(KeptCorners::Above(Degrees(angle))) => Corners::Above(angle.to_radians()),
+                };
+                Ok(Method::Band(Band { pin_ends: self.pin != Some(Pins::None), corners, ..band }))
             }
             MethodName::Smoothing => {
                 let target = match (self.lambda()?, self.deviation, self.tube) {
@@ -278,6 +302,11 @@ impl MethodArgs {
         }
     }
 
+    /// --within, if it is given.
+    pub fn within(&self) -> Option<Deviation> {
+        self.within
+    }
+
     /// Whether curves keep the area of their points.
     pub fn keeps_area(&self) -> bool {
         self.limits.area()
@@ -296,7 +325,7 @@ impl MethodArgs {
             tension: self.tension.unwrap_or(defaults.tension),
             shape: self.limits.shape(),
             starts: self.starts.unwrap_or(defaults.starts),
-            tolerance: self.tolerance.unwrap_or(defaults.tolerance),
+            tolerance: self.convergence.unwrap_or(defaults.tolerance),
             max_iterations: self.max_iterations.unwrap_or(defaults.max_iterations),
             ..defaults
         })
@@ -319,6 +348,9 @@ impl MethodArgs {
     }
 
     fn refuse_options_of_others(&self) -> Result<()> {
+        if let Some(size) = self.convergence {
+            super::positive("--convergence", size, "it must be a positive number, such as 1e-8")?;
+        }
         use MethodName::{Fair, Geodesic, Natural, Scf};
         if self.surface.is_given() && self.name() == Scf {
             return Err(Error::argument(
@@ -348,20 +380,23 @@ impl MethodArgs {
                 "--method" | "--samples" | "--pin" | "--smoothing" | "--deviation" | "--tube" | "--within"
                 | "--parametrisation" | "--surface" | "--radius" | "--off-surface" => MethodName::value_variants(),
                 "--exponent" | "--solver" | "--starts" => &[Fair, Scf],
+                "--corners" => &[Fair, MethodName::Smoothing],
                 "--tension" => &[Scf],
-                "--max-iterations" | "--tolerance" => &[Fair, Scf, Geodesic],
+                "--max-iterations" | "--convergence" => &[Fair, Scf, Geodesic],
                 "--preserve-shape" => &[Fair, Natural, Scf],
                 _ => &[Fair],
             }
         };
+        if self.corners.is_some() && self.name() == MethodName::Smoothing && self.within.is_none() {
+            return Err(Error::argument("--corners goes with --within, or with --method fair"));
+        }
         let Some(option) = self.given.of::<Self>().into_iter().find(|option| !owners(option).contains(&self.name()))
         else {
             return Ok(());
         };
         let named = owners(&option).iter().filter(|owner| **owner != Geodesic);
         let named = named.filter_map(|owner| Some(format!("--method {}", owner.to_possible_value()?.get_name())));
-        let beziers = if option == "--tolerance" { ", and to fit --as bezier" } else { "" };
-        Err(Error::argument(format!("{option} belongs to {}{beziers}", all_of(&named.collect::<Vec<_>>()))))
+        Err(Error::argument(format!("{option} belongs to {}", all_of(&named.collect::<Vec<_>>()))))
     }
 }
 

@@ -15,6 +15,7 @@ mod given;
 mod grid;
 mod html;
 mod interrupt;
+mod jobs;
 mod machine;
 mod map;
 mod method;
@@ -33,7 +34,7 @@ use std::path::{Path, PathBuf};
 
 use clap::error::{ContextKind, ContextValue};
 use clap::{Args, CommandFactory, Parser, Subcommand};
-use faircurve::io::{self, Closed, Columns, Flatness, Format, ReadOptions};
+use faircurve::io::{self, Closed, Columns, Flatness, Format, ReadOptions, Selection};
 use faircurve::picture::drawing::thousands;
 use faircurve::{CurveBatch, Error, Result};
 
@@ -105,6 +106,12 @@ struct InputArgs {
     /// Sorts the rows of each curve of a CSV file by their times
     #[arg(long, value_name = "t", value_parser = ["t"], help_heading = "Input")]
     sort: Option<String>,
+    /// Takes what has a value, such as name=Utah,Nevada; the rest stays as it is
+    ///
+    /// Of GeoJSON and TopoJSON the key is a property of features, or layer, an object of TopoJSON. Of
+    /// SVG it is an attribute, such as id or class, of an element or of a group around it.
+    #[arg(long = "where", value_name = "KEY=VALUE,...", help_heading = "Input")]
+    selected: Option<Selection>,
     /// Whether curves are closed
     ///
     /// auto closes those whose last point repeats their first.
@@ -124,6 +131,7 @@ impl InputArgs {
             columns: self.columns.clone().unwrap_or_default(),
             closed: self.closed,
             sorted: self.sort.is_some(),
+            selected: self.selected.clone(),
             flatness: Some(Flatness::OfSize(FLATNESS)),
             ..ReadOptions::default()
         }
@@ -172,7 +180,9 @@ fn show(line: impl std::fmt::Display) -> Result<()> {
 /// subcommand means that everything was as it should be.
 pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     interrupt::remove_half_written();
-    let cli = match Cli::try_parse_from(arguments) {
+    let arguments: Vec<OsString> = arguments.into_iter().collect();
+    let matches = Cli::command().subcommands(jobs::commands()).try_get_matches_from(&arguments);
+    let cli = match matches.and_then(|matches| Cli::try_parse_from(jobs::expanded(arguments, &matches))) {
         Ok(cli) => cli,
         Err(error) => {
             let error = with_nearest_subcommand(error);
@@ -211,7 +221,7 @@ fn with_nearest_subcommand(mut error: clap::Error) -> clap::Error {
     if error.get(ContextKind::SuggestedSubcommand).is_none()
         && let Some(ContextValue::String(typed)) = error.get(ContextKind::InvalidSubcommand)
     {
-        let command = Cli::command();
+        let command = Cli::command().subcommands(jobs::commands());
         let distance = |name: &str| strsim::damerau_levenshtein(typed, name);
         let nearest = command.get_subcommands().map(|command| command.get_name()).min_by_key(|name| distance(name));
         if let Some(nearest) = nearest.filter(|name| distance(name) <= MISTYPED) {
@@ -248,7 +258,7 @@ mod tests {
 
     #[test]
     fn the_command_line_is_sound() {
-        Cli::command().debug_assert();
+        Cli::command().subcommands(jobs::commands()).debug_assert();
     }
 
     #[test]

@@ -52,6 +52,7 @@ any_curve! {
     fn span_length(span: usize) -> f64;
     fn fraction_at(span: usize, length: f64, target: f64) -> f64;
     fn least(sampling: Sampling) -> usize;
+    fn is_fixed(span: usize) -> bool;
 }
 
 /// Spans per task.

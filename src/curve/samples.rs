@@ -1,7 +1,7 @@
 //! Samples of a curve: how many there are at least, their sites, and their coordinates.
 
 use super::measure::AnyCurve;
-use super::{Curve, Sampling, even};
+use super::{Curve, Sampling, even, few};
 
 /// See [`Curve::least`](super::Curve::least).
 pub(super) fn least(curve: &dyn AnyCurve, sampling: Sampling) -> usize {
@@ -43,6 +43,14 @@ pub(super) fn sites(curve: &dyn AnyCurve, sampling: Sampling) -> Vec<(usize, f64
         }
         Sampling::Points(n) => even::sites(curve, n.max(curve.least(sampling))),
         Sampling::Spacing(spacing) => even::even_sites(curve, spacing),
+        Sampling::Tolerance(tolerance) | Sampling::AsMany(tolerance) => {
+            let least = curve.least(sampling);
+            let few = match sampling {
+                Sampling::AsMany(_) => few::sites_as_many(curve, tolerance, least),
+                _ => few::sites(curve, tolerance, least),
+            };
+            if few.is_empty() { sites(curve, Sampling::PerSpan(least)) } else { few }
+        }
     }
 }
 

@@ -30,6 +30,14 @@ pub enum Sampling {
     /// evenly. Curves get at most [`MOST_SAMPLES`](Sampling::MOST_SAMPLES). See
     /// [`check`](Sampling::check).
     Spacing(f64),
+    /// As few samples as keep every point of the polyline within this distance of the curve, and of
+    /// the curve within it of the polyline (units of the samples, > 0).
+    ///
+    /// Corners are samples, and so are the ends of open curves.
+    Tolerance(f64),
+    /// As [`Tolerance`](Self::Tolerance), and down to a tenth of it for as long as a curve has no more
+    /// samples than spans. A closed curve is within 1/120 of its length, so that small ones stay round.
+    AsMany(f64),
 }
 
 impl Sampling {
@@ -38,10 +46,18 @@ impl Sampling {
     /// In 3-D they take 640 MB with their parameters, and twice that while they are assembled.
     pub const MOST_SAMPLES: usize = 20_000_000;
 
+    /// The largest distance between a curve and its samples, if it is given.
+    pub(crate) fn tolerance(self) -> Option<f64> {
+        match self {
+            Sampling::Tolerance(tolerance) | Sampling::AsMany(tolerance) => Some(tolerance),
+            _ => None,
+        }
+    }
+
     /// Checks the number of samples before a fit. Fits that sample do so.
     ///
     /// # Errors
-    /// - A spacing that is not positive and finite.
+    /// - A spacing or a tolerance that is not positive and finite.
     /// - Chords longer than [`MOST_SAMPLES`](Self::MOST_SAMPLES) spacings, over all curves.
     /// - Samples that take more than the free memory, if the system reports it.
     pub fn check(self, batch: &CurveBatch) -> Result<()> {
@@ -57,6 +73,12 @@ impl Sampling {
             Sampling::Count(n) | Sampling::Points(n) => {
                 memory::check(n as f64 * batch.len() as f64, bytes, &format!("{n} samples a curve"), n)
             }
+            Sampling::Tolerance(tolerance) | Sampling::AsMany(tolerance)
+                if !(tolerance > 0.0 && tolerance.is_finite()) =>
+            {
+                Err(Error::argument(format!("the tolerance of samples is {tolerance}; it must be a positive length")))
+            }
+            Sampling::Tolerance(_) | Sampling::AsMany(_) => Ok(()),
         }
     }
 }

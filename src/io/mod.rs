@@ -100,6 +100,7 @@ mod xml;
 
 use std::borrow::Cow;
 use std::collections::HashSet;
+use std::fmt::{self, Display, Formatter};
 use std::io::{Read, Write};
 use std::path::Path;
 use std::str::FromStr;
@@ -178,6 +179,57 @@ pub struct ReadOptions {
     /// By default curved segments have their ends alone, and arcs are divided into quarters of a
     /// turn.
     pub flatness: Option<Flatness>,
+    /// GeoJSON, TopoJSON and SVG: what is selected. The rest stays as it is, bit for bit. By default
+    /// all is selected.
+    pub selected: Option<Selection>,
+}
+
+/// What is selected of a file: what has one of some values for a key.
+///
+/// Of GeoJSON and TopoJSON the key is a property of features, or `layer`, the name of a topology's
+/// object. Of SVG it is an attribute of an element, or of a group around it. `class` has several
+/// values.
+///
+/// ```
+/// let selection: faircurve::io::Selection = "name=Utah,Colorado".parse()?;
+/// assert!(selection.has("Utah") && selection.key == "name");
+/// # Ok::<(), faircurve::Error>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Selection {
+    /// The key.
+    pub key: String,
+    /// The values, of which one suffices.
+    pub values: Vec<String>,
+}
+
+impl Selection {
+    /// Whether a value is one of the selection.
+    pub fn has(&self, value: &str) -> bool {
+        self.values.iter().any(|own| own == value)
+    }
+}
+
+impl FromStr for Selection {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        match text.split_once('=') {
+            Some((key, values)) if !key.is_empty() => {
+                Ok(Selection { key: key.into(), values: values.split(',').map(str::to_string).collect() })
+            }
+            _ => Err(Error::argument(format!(
+                "{} selects nothing: give a key and its values, such as name=Utah,Colorado",
+                quoted(text)
+            ))),
+        }
+    }
+}
+
+impl Display for Selection {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(f, "{}={}", self.key, self.values.join(","))
+    }
 }
 
 /// How near chords are to a path.
@@ -278,6 +330,19 @@ pub fn read_from(reader: impl Read, options: &ReadOptions) -> Result<CurveBatch>
 fn read_source(mut source: Source, format: Format, options: &ReadOptions) -> Result<CurveBatch> {
     let Entry { read, lacks, .. } = format.entry();
     let batch = read(&mut source, options)?;
+    if let Some(selection) = &options.selected {
+        if !matches!(format, Format::GeoJson | Format::TopoJson | Format::Svg) {
+            return Err(Error::argument(format!(
+                "{selection} selects features of GeoJSON and TopoJSON and elements of SVG, and {} has none",
+                format.title()
+            )));
+        }
+        if batch.origin().unselected.len() == batch.len() {
+            return Err(
+                source.error(None, format!("nothing with a shape has {selection}: give a key and a value that it has"))
+            );
+        }
+    }
     if !batch.is_empty() {
         return Ok(batch);
     }

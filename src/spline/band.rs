@@ -1,6 +1,7 @@
 //! [`Band`]: curves of least bending within a distance of their whole polygon.
 
 mod area;
+mod corners;
 mod curves;
 mod least;
 mod runs;
@@ -50,8 +51,8 @@ const TOGETHER: usize = 16;
 /// its multiplier. 20 to 100 iterations of one solve each bring the energy within some per cent of
 /// the least within 0.95 D.
 ///
-/// A closed curve is kept within 0.3 of its mean width 2 A/ℓ, if D is more, and its message says
-/// so. The parameter of the result is the batch's, or the arc length of the polygon. On spans with
+/// A closed curve, or an open one that comes back to its first point, is kept within 0.3 of its mean
+/// width 2 A/ℓ, if D is more, and its message says so. The parameter of the result is the batch's, or the arc length of the polygon. On spans with
 /// knots of their own it grows by the same step from knot to knot.
 ///
 /// **On the ground.** [`Deviation::Ground`] is in metres, for longitudes and latitudes. Each curve is
@@ -86,12 +87,35 @@ pub struct Band {
     pub pin_ends: bool,
     /// Whether curves keep their area, as far as they enclose one. Default: yes.
     pub keep_area: bool,
+    /// The corners that stay sharp. Default: none.
+    pub corners: Corners,
+}
+
+/// The corners of a polygon that its curve keeps sharp. Between them it is smooth.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum Corners {
+    /// None: every corner is rounded within D.
+    #[default]
+    Rounded,
+    /// Those at the scale of D: vertices around which two straight legs of 3, 5 or 8 D explain the
+    /// polygon better than one parabola does, and turn by more than 35°.
+    ///
+    /// Noise of up to D/2, and staircases of pixels of up to D, have no corners of their own, and hide
+    /// few. A curve that is round at the scale of D has none.
+    Auto,
+    /// Those between straight lines: vertices that turn by more than 35° between runs of at least 8 D
+    /// within 0.1 D of their chords, as surveyed borders have them. Coasts have none, unless their
+    /// edges are as long.
+    Straight,
+    /// Vertices at which the polygon turns by more than this angle (radians).
+    Above(f64),
 }
 
 impl Band {
     /// The curves within a distance of their polygons.
     pub fn within(distance: impl Into<Deviation>) -> Self {
-        Band { distance: distance.into(), pin_ends: true, keep_area: true }
+        Band { distance: distance.into(), pin_ends: true, keep_area: true, corners: Corners::Rounded }
     }
 
     /// The work of a batch with this number of points, read and written together, for
@@ -193,14 +217,17 @@ impl Band {
         }
         let closed = knots.closed[i];
         let asked = self.distance.of(batch, i);
-        let most = if closed { widest(knots.values(i), knots.dimension) } else { f64::INFINITY };
-        // A curve without area has no width.
+        let (values, d) = (knots.values(i), knots.dimension);
+        // A curve may come back to its first point without being closed there.
+        let is_loop = closed || values[..d] == values[values.len() - d..];
+        let most = if is_loop { widest(values, d) } else { f64::INFINITY };
+        // A loop without area has no width.
         let distance = if most > 0.0 { asked.min(most) } else { asked };
         let last = batch.count(i) - 1;
         let is_end = |k: usize| self.pin_ends && !closed && (k == 0 || k == last);
         let pinned: Vec<usize> =
             (0..=last).filter(|&k| is_end(k) || batch.is_pinned(i, k)).map(|k| knots.entry(i, k)).collect();
-        least.load(knots, i, distance, &pinned);
+        least.load(knots, i, [distance, asked], &pinned, self.corners);
         let Some(Found { curve, energy, farthest, excess, iterations }) = least.find(self.keep_area) else {
             let what = "its spline leaves the range of the numbers: scale the curve, to a size nearer to 1";
             return (CurveReport::unfitted(CurveStatus::Invalid, batch.sentence(i, 0, what)), None);

@@ -49,7 +49,7 @@ mod tube_rows;
 pub mod uniform;
 mod uniform_gpu;
 
-pub use band::Band;
+pub use band::{Band, Corners};
 pub use cubic::CubicSplines;
 pub use ends::{EndCondition, Ends};
 pub(crate) use gpu::{GROUP, ResidentSplines};

@@ -181,7 +181,7 @@ impl CubicSplines {
                 let sites = EvenSites::new(&self.knots, n);
                 Ok(self.polylines_with(sampling, Some(sample(&Samples::Evenly(&sites))?)))
             }
-            Sampling::Points(_) | Sampling::Spacing(_) => {
+            Sampling::Points(_) | Sampling::Spacing(_) | Sampling::Tolerance(_) | Sampling::AsMany(_) => {
                 let of_curves = self.sites_of_curves(sampling);
                 let sites = self.by_knots(&of_curves);
                 let taken = sample(&Samples::At(&sites))?;
@@ -190,7 +190,7 @@ impl CubicSplines {
         }
     }
 
-    /// Sites at equal arc length along every curve. Unfitted curves have none.
+    /// Sites along every curve. Unfitted curves have none.
     fn sites_of_curves(&self, sampling: Sampling) -> Vec<Vec<(usize, f64)>> {
         parallel::map(self.len(), 1, |i| match self.unfitted.contains_key(&i) {
             true => Vec::new(),

@@ -51,6 +51,9 @@ pub(crate) struct Reinsch<T: Real> {
     pub spans: Vec<T>,
     /// ω_i: inverse weights; 0 pins.
     pub inverse_weights: Vec<T>,
+    /// Knots at which the curve may have a corner, in increasing order: γ is 0 there, and the first
+    /// derivative may jump.
+    pub corners: Vec<usize>,
     /// y_i, of size about 1.
     pub data: Vec<T>,
     /// y_i − g_i of the last solve: exactly 0 where ω_i = 0.
@@ -67,9 +70,9 @@ pub(crate) struct Reinsch<T: Real> {
     /// Whether the bands are all finite.
     representable: bool,
     matrix: Banded<T, 2>,
-    /// 1 for every unknown: none is held.
+    /// 1 for every unknown, 0 for those held at 0.
     movable: Vec<T>,
-    /// Of a closed curve: the solution for a unit load on the last unknown.
+    /// Of a closed curve without corners: the solution for a unit load on the last unknown.
     influence: Vec<T>,
 }
 
@@ -89,11 +92,20 @@ impl<T: Real> Reinsch<T> {
         self.matrix.renew(self.closed, &[unknowns]);
         self.movable.clear();
         self.movable.resize(unknowns, T::ONE);
+        let skipped = usize::from(!self.closed);
+        for &corner in &self.corners {
+            self.movable[corner - skipped] = T::ZERO;
+        }
         self.influence.clear();
-        self.influence.resize(if self.closed { n } else { 0 }, T::ZERO);
+        self.influence.resize(if self.is_smooth_ring() { n } else { 0 }, T::ZERO);
         second_differences(&self.data, &self.inverse_spans, n, d, self.closed, |at, x| self.rhs[at] = x);
         self.fill_bands();
         self.representable = self.bands.iter().flatten().all(|x| x.is_finite());
+    }
+
+    /// Whether the curve is closed, and has no corner.
+    fn is_smooth_ring(&self) -> bool {
+        self.closed && self.corners.is_empty()
     }
 
     /// Number of unknown second derivatives: those at the ends of an open curve are 0.
@@ -192,7 +204,7 @@ impl<T: Real> Reinsch<T> {
         });
     }
 
-    /// Factors αR + βQᵀΩQ, for a closed curve with its last diagonal entry doubled: constants are
+    /// Factors αR + βQᵀΩQ, for a closed curve without corners with its last diagonal entry doubled: constants are
     /// in the null space of Q, so that for large λ the matrix itself is singular to rounding.
     fn factor(&mut self, alpha: T, beta: T) -> bool {
         self.matrix.clear();
@@ -200,7 +212,7 @@ impl<T: Real> Reinsch<T> {
             // Without smoothing the penalty plays no part, even where it overflows.
             let [_, _, two, three, four] = if beta > T::ZERO { *band } else { [T::ZERO; 5] };
             let diagonal = alpha * band[0] + beta * two;
-            let is_doubled = self.closed && j + 1 == self.count;
+            let is_doubled = self.is_smooth_ring() && j + 1 == self.count;
             self.matrix.add_diagonal(j, if is_doubled { diagonal + diagonal } else { diagonal });
             self.matrix.add_entry(j + 1, j, alpha * band[1] + beta * three);
             self.matrix.add_entry(j + 2, j, beta * four);
@@ -216,7 +228,7 @@ impl<T: Real> Reinsch<T> {
 
     /// Solves with the factors, in place: `moments` or `step`.
     ///
-    /// For a closed curve the factors are those of A + τeeᵀ, and the solution for A is x + κz, z =
+    /// For a closed curve without corners the factors are those of A + τeeᵀ, and the solution for A is x + κz, z =
     /// (A + τeeᵀ)⁻¹e. Second derivatives of a periodic spline integrate to 0: that is 1ᵀA = α·1ᵀR
     /// and 1ᵀQᵀ = 0, and it determines κ for every α, 0 included.
     fn solve_factored(&mut self, moments: bool) {
@@ -227,11 +239,14 @@ impl<T: Real> Reinsch<T> {
             let ends = [0..d, (n - 1) * d..n * d];
             ends.into_iter().for_each(|end| x[end].fill(T::ZERO));
         }
+        for &corner in &self.corners {
+            x[corner * d..(corner + 1) * d].fill(T::ZERO);
+        }
         match d {
             2 => self.matrix.solve(x[inner].as_chunks_mut::<2>().0),
             _ => self.matrix.solve(x[inner].as_chunks_mut::<3>().0),
         }
-        if !self.closed {
+        if self.influence.is_empty() {
             return;
         }
         let share = |k: usize| self.spans[if k == 0 { n - 1 } else { k - 1 }] + self.spans[k];

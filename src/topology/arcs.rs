@@ -3,9 +3,9 @@
 use rustc_hash::FxHashMap;
 
 use super::edges;
-use super::frame;
 use super::stop::Stop;
 use super::vertices::Vertices;
+use super::{Fitted, frame};
 use crate::batch::CurveBatch;
 
 /// One passage of a curve along an arc.
@@ -33,6 +33,8 @@ pub(super) struct Arcs {
     pub alone: Vec<bool>,
     /// Whether an arc is a part of the map's frame, which stays straight.
     pub frame: Vec<bool>,
+    /// Whether an arc stays as it is, bit for bit.
+    pub kept: Vec<bool>,
     /// Whether curves are cut at each vertex only because one of them reverses there along the
     /// border.
     pub turned: Vec<bool>,
@@ -83,6 +85,24 @@ impl Arcs {
             arcs.stops.iter().zip(&arcs.alone).map(|(stops, alone)| !alone && is_frame(&stops[0], &stops[1])).collect();
         arcs.turned = turned;
         arcs
+    }
+
+    /// Keeps the arcs of the curves that were not selected, and those that are not to be fitted.
+    pub fn keep(&mut self, fitted: Fitted, unselected: &[usize]) {
+        let is_kept = |(alone, &visits): (&bool, &u32)| match fitted {
+            Fitted::All => false,
+            Fitted::Outer => visits > 1,
+            Fitted::Shared => visits < 2 && !alone,
+        };
+        self.kept = self.alone.iter().zip(&self.visits).map(is_kept).collect();
+        for way in unselected.iter().flat_map(|&i| &self.uses[i]) {
+            self.kept[way.arc as usize] = true;
+        }
+    }
+
+    /// Whether an arc is not fitted.
+    pub fn stays(&self, arc: usize) -> bool {
+        self.frame[arc] || self.kept[arc]
     }
 
     /// Number of spans of an arc.

@@ -81,6 +81,8 @@ struct Way {
     whole: bool,
     /// Whether it is a part of the map's frame.
     frame: bool,
+    /// Whether it was not fitted.
+    stays: bool,
 }
 
 impl<'a> Joined<'a> {
@@ -105,6 +107,7 @@ impl<'a> Joined<'a> {
                 whole: spans == topology.strokes.batch.spans(place.stroke as usize)
                     && topology.arcs.closed[arc as usize] == topology.strokes.batch.is_closed(place.stroke as usize),
                 frame: topology.arcs.frame[arc as usize],
+                stays: topology.arcs.stays(arc as usize),
             });
             offsets.push(offsets[offsets.len() - 1] + spans);
         }
@@ -160,8 +163,8 @@ impl Curve for Joined<'_> {
     fn speed(&self, span: usize, u: f64) -> f64 {
         let (curve, along, way) = self.place(span);
         match self.globe() {
-            // The frame of a map lies on no globe.
-            Some(globe) if way.frame => {
+            // What was not fitted lies on no globe.
+            Some(globe) if way.stays => {
                 let Jet { point, first, .. } = self.jet(span, u);
                 globe.motion(point, first).length()
             }
@@ -175,7 +178,7 @@ impl Curve for Joined<'_> {
 
     fn span_length(&self, span: usize) -> f64 {
         let (curve, along, way) = self.place(span);
-        if way.frame { BySpeed(self).span_length(span) } else { curve.span_length(along) }
+        if way.stays { BySpeed(self).span_length(span) } else { curve.span_length(along) }
     }
 
     fn fraction_at(&self, span: usize, length: f64, target: f64) -> f64 {
@@ -187,7 +190,7 @@ impl Curve for Joined<'_> {
     }
 
     fn is_fitted(&self) -> bool {
-        self.ways.iter().all(|way| way.frame || self.strokes[way.stroke].is_fitted())
+        self.ways.iter().all(|way| way.stays || self.strokes[way.stroke].is_fitted())
     }
 
     fn pieces(&self, span: usize) -> usize {
@@ -212,27 +215,12 @@ impl Curve for Joined<'_> {
         }
     }
 
-    /// Every arc is converted in its own direction, so that curves that share it get the same
-    /// Béziers.
     fn beziers(&self, tolerance: f64) -> Vec<[DVec3; 4]> {
-        let mut all = Vec::new();
-        for way in &self.ways {
-            let curve = &*self.strokes[way.stroke];
-            let mut pieces = if way.whole { curve.beziers(tolerance) } else { self.part(way).beziers(tolerance) };
-            if way.reversed {
-                pieces.reverse();
-                for piece in &mut pieces {
-                    piece.reverse();
-                }
-            }
-            if way.shift != 0.0 {
-                for point in pieces.iter_mut().flatten() {
-                    point.x += way.shift;
-                }
-            }
-            all.extend(pieces);
-        }
-        all
+        self.chain(|curve| curve.beziers(tolerance))
+    }
+
+    fn fewest_beziers(&self, tolerance: f64, extremes: bool) -> Vec<[DVec3; 4]> {
+        self.chain(|curve| curve.fewest_beziers(tolerance, extremes))
     }
 
     fn sites(&self, sampling: Sampling) -> Vec<(usize, f64)> {
@@ -265,6 +253,28 @@ impl Curve for Joined<'_> {
 }
 
 impl Joined<'_> {
+    /// The Béziers of all arcs. Every arc is converted in its own direction, so that curves that share
+    /// it get the same Béziers.
+    fn chain(&self, beziers: impl Fn(&dyn Curve) -> Vec<[DVec3; 4]>) -> Vec<[DVec3; 4]> {
+        let mut all = Vec::new();
+        for way in &self.ways {
+            let mut pieces = if way.whole { beziers(&*self.strokes[way.stroke]) } else { beziers(&self.part(way)) };
+            if way.reversed {
+                pieces.reverse();
+                for piece in &mut pieces {
+                    piece.reverse();
+                }
+            }
+            if way.shift != 0.0 {
+                for point in pieces.iter_mut().flatten() {
+                    point.x += way.shift;
+                }
+            }
+            all.extend(pieces);
+        }
+        all
+    }
+
     fn part(&self, way: &Way) -> Part<'_> {
         Part { curve: &*self.strokes[way.stroke], spans: way.first..way.first + way.spans, frame: way.frame }
     }
@@ -273,12 +283,12 @@ impl Joined<'_> {
 /// The report of curve `i` from its strokes' reports.
 pub(super) fn report(topology: &Topology, fit: &Fit, i: usize) -> CurveReport {
     let (arcs, strokes) = (&topology.arcs, &topology.strokes);
-    let fitted = arcs.uses[i].iter().filter(|way| !arcs.frame[way.arc as usize]);
+    let fitted = arcs.uses[i].iter().filter(|way| !arcs.stays(way.arc as usize));
     let mut numbers: Vec<usize> = fitted.map(|way| strokes.places[way.arc as usize].stroke as usize).collect();
     numbers.sort_unstable();
     numbers.dedup();
     if numbers.is_empty() {
-        // Nothing but the frame of the map.
+        // Nothing of it was fitted.
         return CurveReport { iterations: 0, ..CurveReport::solved(0.0) };
     }
     let reports = || numbers.iter().map(|&number| &fit.reports()[number]);

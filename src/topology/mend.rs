@@ -80,8 +80,8 @@ impl Topology {
             ..Mended::default()
         };
         if written.1.is_some() {
-            for (of_arc, &closed) in samples.iter_mut().zip(&self.arcs.closed) {
-                mended.left_out += of_arc.leave_out(closed);
+            for (arc, of_arc) in samples.iter_mut().enumerate().filter(|(arc, _)| !self.arcs.kept[*arc]) {
+                mended.left_out += of_arc.leave_out(self.arcs.closed[arc]);
             }
             crossing = self.places(samples, |_| true);
         }

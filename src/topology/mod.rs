@@ -77,6 +77,22 @@ pub struct Options {
     /// Whether x is a longitude in degrees. Points whole turns apart are then one. By default
     /// false.
     pub geographic: bool,
+    /// The arcs that are fitted. The others stay as they are, bit for bit, as do arcs of curves that
+    /// were not [selected](crate::io::ReadOptions::selected). By default all.
+    pub fitted: Fitted,
+}
+
+/// Arcs of a map that are fitted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Fitted {
+    /// All.
+    #[default]
+    All,
+    /// Those that one curve goes along: coasts, and lines.
+    Outer,
+    /// Those that several curves share.
+    Shared,
 }
 
 impl Options {
@@ -88,7 +104,7 @@ impl Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Options { snap: 0.0, straight: FRAC_PI_4, geographic: false }
+        Options { snap: 0.0, straight: FRAC_PI_4, geographic: false, fitted: Fitted::All }
     }
 }
 
@@ -130,9 +146,18 @@ impl Topology {
         if !framed || has_values(batch) { Ok(None) } else { Self::of(batch, &Options::of(batch), true).map(Some) }
     }
 
+    #[doc(hidden)]
+    /// The topology of curves that share nothing, for those that were not selected.
+    ///
+    /// # Errors
+    /// The errors of [`new`](Self::new).
+    pub fn apart(batch: &CurveBatch) -> Result<Arc<Self>> {
+        Self::of(batch, &Options::of(batch), true)
+    }
+
     /// What curves share, or only the frame if `apart`.
     fn of(batch: &CurveBatch, options: &Options, apart: bool) -> Result<Arc<Self>> {
-        let Options { snap, straight, geographic } = *options;
+        let Options { snap, straight, geographic, fitted } = *options;
         for (what, value) in
             [("the distance within which points are one", snap), ("the angle of borders that go on", straight)]
         {
@@ -152,10 +177,13 @@ impl Topology {
                 "x is {x:e}, which is no longitude in degrees: take it for a length, by `topology::Options::geographic`"
             )));
         }
-        let is_alone = |i: usize| batch.problem(i).is_some() || apart && !frame::is_in(batch, i);
+        let is_alone = |i: usize| {
+            batch.problem(i).is_some() || apart && !frame::is_in(batch, i) && batch.origin().unselected.is_empty()
+        };
         let alone: Vec<bool> = (0..batch.len()).map(is_alone).collect();
         let vertices = Vertices::new(batch, snap, geographic, apart, &alone);
-        let arcs = Arcs::new(batch, &vertices, geographic, alone, (!apart).then_some(snap));
+        let mut arcs = Arcs::new(batch, &vertices, geographic, alone, (!apart).then_some(snap));
+        arcs.keep(fitted, &batch.origin().unselected);
         let strokes = Strokes::new(batch, &vertices, &arcs, straight);
         Ok(Arc::new(Topology { batch: batch.clone(), geographic, vertices, arcs, strokes }))
     }

@@ -38,9 +38,7 @@ impl Sampled {
     /// Rounds the samples to `decimals`, as a file has them, for [`faults`](Self::faults) and
     /// [`mend`](Self::mend).
     pub fn rounded(mut self, decimals: u8) -> Self {
-        for of_arc in &mut self.samples {
-            of_arc.round(decimals);
-        }
+        samples::round(&self.topology, &mut self.samples, decimals);
         self.decimals = Some(decimals);
         self
     }

@@ -8,6 +8,7 @@ use rustc_hash::FxHashMap;
 use super::levels::Levels;
 use super::tight::Tight;
 use super::{TURN, Topology, crossings};
+use crate::curve::few::keep_area;
 use crate::curve::{Curve, Jet, Sampling};
 use crate::motion::Motion;
 use crate::parallel;
@@ -117,8 +118,24 @@ pub(super) fn sample(topology: &Topology, fit: &Fit, sampling: Sampling) -> Vec<
     }
     let mut samples: Vec<Samples> =
         samples.into_iter().map(|of_arc| of_arc.expect("every arc lies on a stroke")).collect();
+    if sampling.tolerance().is_some() {
+        give_area(topology, fit, &mut samples);
+    }
     meet(topology, &mut samples, None);
     samples
+}
+
+/// Gives rings of two arcs that are their chords the samples of data points instead.
+fn give_area(topology: &Topology, fit: &Fit, samples: &mut [Samples]) {
+    for (i, uses) in topology.arcs.uses.iter().enumerate() {
+        let is_flat = |samples: &[Samples]| uses.iter().all(|way| samples[way.arc as usize].points.len() <= 2);
+        if topology.batch.is_closed(i) && uses.len() == 2 && is_flat(samples) {
+            for arc in uses.iter().map(|way| way.arc as usize) {
+                let curve = fit.curve(topology.strokes.places[arc].stroke as usize);
+                samples[arc] = sample_arc(topology, &*curve, arc, Sampling::PerSpan(1));
+            }
+        }
+    }
 }
 
 /// The samples of an arc from the curve of its stroke.
@@ -134,6 +151,15 @@ fn sample_arc(topology: &Topology, curve: &dyn Curve, arc: usize, sampling: Samp
         if place.turn == 0 { point } else { DVec3 { x: point.x - TURN * f64::from(place.turn), ..point } }
     };
     let mut points: Vec<DVec3> = sites.iter().map(at).collect();
+    if let Some(tolerance) = sampling.tolerance()
+        && curve.dimension() == 2
+        && part.is_fitted()
+    {
+        match whole {
+            true => keep_area(&curve, &sites, &mut points, tolerance),
+            false => keep_area(&&part, &sites, &mut points, tolerance),
+        }
+    }
     let mut t: Vec<f64> = sites.iter().map(|&(span, u)| span as f64 + u).collect();
     if place.reversed {
         points.reverse();
@@ -194,9 +220,14 @@ pub(super) fn meet(topology: &Topology, samples: &mut [Samples], decimals: Optio
         }
     }
     if let Some(decimals) = decimals {
-        for of_arc in samples {
-            of_arc.round(decimals);
-        }
+        round(topology, samples, decimals);
+    }
+}
+
+/// Rounds the samples of all arcs that were fitted.
+pub(super) fn round(topology: &Topology, samples: &mut [Samples], decimals: u8) {
+    for (of_arc, _) in samples.iter_mut().zip(&topology.arcs.kept).filter(|(_, kept)| !**kept) {
+        of_arc.round(decimals);
     }
 }
 
@@ -257,8 +288,15 @@ impl Curve for Part<'_> {
         self.curve.pace(self.spans.start + span)
     }
 
+    fn is_fixed(&self, span: usize) -> bool {
+        span == 0 || self.curve.is_fixed(self.spans.start + span)
+    }
+
     /// 2 for two spans or more, so that a ring of two arcs has an area.
     fn least(&self, sampling: Sampling) -> usize {
-        if matches!(sampling, Sampling::PerSpan(_)) { 1 } else { self.spans.len().min(2) }
+        match sampling {
+            Sampling::PerSpan(_) | Sampling::Tolerance(_) | Sampling::AsMany(_) => 1,
+            _ => self.spans.len().min(2),
+        }
     }
 }

@@ -43,7 +43,7 @@ impl Strokes {
         let meeting = meeting(arcs);
         let mut partner = vec![None; 2 * arcs.stops.len()];
         for (&vertex, ends) in &meeting {
-            let ends: Vec<End> = ends.iter().copied().filter(|&end| !arcs.frame[end as usize / 2]).collect();
+            let ends: Vec<End> = ends.iter().copied().filter(|&end| !arcs.stays(end as usize / 2)).collect();
             let pairs = match ends[..] {
                 // Only a curve that turns back has cut the others there.
                 [a, b] if arcs.turned[vertex as usize] => vec![[a, b]],
@@ -90,8 +90,12 @@ impl Strokes {
         let Walk { places, strokes, .. } = walk;
         let places = places.into_iter().map(|place| place.expect("every arc was walked")).collect();
         let mut batch = traced(batch, vertices, arcs, &strokes, |vertex| pinned.contains(&vertex));
-        for (number, _) in strokes.iter().enumerate().filter(|(_, stroke)| arcs.frame[stroke.arcs[0] as usize]) {
-            batch.refuse(number, 0, "it is a part of the map's frame, which stays straight");
+        for (number, arc) in strokes.iter().map(|stroke| stroke.arcs[0] as usize).enumerate() {
+            if arcs.frame[arc] {
+                batch.refuse(number, 0, "it is a part of the map's frame, which stays straight");
+            } else if arcs.kept[arc] {
+                batch.refuse(number, 0, "it is not selected, and stays as it is");
+            }
         }
         Strokes { batch, places, arcs: strokes.into_iter().map(|stroke| stroke.arcs).collect(), pinned, partner }
     }

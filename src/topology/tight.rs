@@ -101,6 +101,12 @@ impl Curve for Tight<'_> {
         }
     }
 
+    /// A span at its chord keeps its data points.
+    fn is_fixed(&self, span: usize) -> bool {
+        let before = span.checked_sub(1).unwrap_or(self.spans() - 1);
+        self.cubic(span).is_some() || self.cubic(before).is_some() || self.curve.is_fixed(span)
+    }
+
     fn pieces(&self, span: usize) -> usize {
         self.cubic(span).map_or_else(|| self.curve.pieces(span), |_| 1)
     }

@@ -116,6 +116,7 @@ fn maps_of_any_batch_have_a_status_each_and_share_what_they_shared() {
             snap: pick(rng, &[0.0, 0.0, 1e-9, 0.1, 10.0]),
             straight: pick(rng, &[0.0, 0.5, 3.0]),
             geographic: rng.random_range(0..3) == 0,
+            ..Options::default()
         };
         let smoothing = pick(
             rng,

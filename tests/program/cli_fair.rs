@@ -97,7 +97,7 @@ fn tangents_and_curvatures_are_columns_of_the_file() {
 fn energies_exponents_solvers_and_limits_are_heard() {
     let folder = folder(TWO);
     let default = report(&folder, 0, "");
-    let limits = "--solver newton --tolerance 1e-8 --max-iterations 500";
+    let limits = "--solver newton --convergence 1e-8 --max-iterations 500";
     assert_eq!(default, report(&folder, 0, &format!("--energy bending=1,tautness=1 --exponent 2 {limits}")));
     assert_eq!(report(&folder, 0, "--exponent 2"), report(&folder, 0, "--energy bending=1"));
     let near = report(&folder, 0, "--deviation 0.1");
@@ -112,7 +112,7 @@ fn energies_exponents_solvers_and_limits_are_heard() {
     let newton = report(&folder, 0, "--energy bending=1,length=1");
     assert!((number(&newton, "energy") / number(&gradients, "energy") - 1.0).abs() <= 1e-10, "{gradients} {newton}");
     assert!(number(&gradients, "iterations") > number(&newton, "iterations"), "{gradients} {newton}");
-    let loose = report(&folder, 0, "--energy bending=1,length=1 --tolerance 0.01");
+    let loose = report(&folder, 0, "--energy bending=1,length=1 --convergence 0.01");
     assert!(number(&loose, "iterations") < number(&newton, "iterations"), "{loose} {newton}");
     for energy in ["variation=1,length=1", "tension=1", "length=2", "bending=1,variation=0.1,length=1"] {
         assert_eq!(report(&folder, 0, &format!("--energy {energy}"))["status"], "converged", "{energy}");
@@ -175,7 +175,7 @@ fn wrong_values_are_refused_with_a_sentence() {
         "--method fair --exponent 3 --energy length=1",
         "--exponent 3 is that of bending, which --energy does not name: add bending=1, or leave it out",
     );
-    refused("--method fair --tolerance -1", "the tolerance is -1; it must be a positive number, such as 1e-8");
+    refused("--method fair --convergence -1", "--convergence is -1; it must be a positive number, such as 1e-8");
     refused("--method fair --samples 0", "--samples is 0; 1 to 1,000,000 segments a span are possible");
     refused("--method fair --spacing 0", "it must be a positive");
     refused("--method fair --energy attachment=1", "the energy has no fairness in it");
@@ -188,7 +188,8 @@ fn wrong_values_are_refused_with_a_sentence() {
 
 #[test]
 fn options_of_fair_belong_to_fair() {
-    for option in ["--energy bending=1", "--exponent 3", "--solver sobolev", "--max-iterations 9", "--tolerance 1e-6"] {
+    for option in ["--energy bending=1", "--exponent 3", "--solver sobolev", "--max-iterations 9", "--convergence 1e-6"]
+    {
         let name = option.split(' ').next().unwrap();
         for method in ["natural", "smoothing --smoothing 1"] {
             refused(&format!("--method {method} {option}"), &format!("{name} belongs to --method fair"));

@@ -139,8 +139,12 @@ fn wrong_values_are_refused_with_a_sentence() {
             refused(command, &format!("--method fair --corners {wrong}"), &sentence);
         }
         refused(command, "--method fair --corners sharp", "'sharp' is no angle: give degrees, such as 60deg");
-        refused(command, "--method natural --corners 60", "--corners belongs to --method fair");
-        refused(command, "--method smoothing --deviation 1 --corners 60", "--corners belongs to --method fair");
+        refused(command, "--method natural --corners 60", "--corners belongs to --method fair and --method smoothing");
+        refused(
+            command,
+            "--method smoothing --deviation 1 --corners 60",
+            "--corners goes with --within, or with --method fair",
+        );
         refused(
             command,
             "--method natural --deviation 1",

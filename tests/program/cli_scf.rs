@@ -83,7 +83,7 @@ fn what_has_no_minimiser_says_so_and_leaves_its_neighbours_alone() {
 #[test]
 fn options_that_make_no_sense_are_refused_with_a_sentence() {
     refused(TWO, "--method scf --exponent 1", "the exponent is 1; it must be above 1, such as 2");
-    refused(TWO, "--method scf --tolerance 0", "the tolerance is 0; it must be a positive number, such as 1e-10");
+    refused(TWO, "--method scf --convergence 0", "--convergence is 0; it must be a positive number, such as 1e-8");
     refused(TWO, "--method scf --starts 0", "0 starts: at least 1 is needed");
     refused(TWO, "--method scf --solver sobolev", "smooth connection functions are found by --solver newton");
     refused(

@@ -12,6 +12,7 @@ mod cli_fair_limits;
 mod cli_files;
 mod cli_globe;
 mod cli_grid;
+mod cli_jobs;
 mod cli_map;
 mod cli_output;
 mod cli_scf;

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use assert_cmd::cargo::cargo_bin_cmd;
 
-const COMMANDS: [&str; 6] = ["fit", "bezier", "grid", "exponent", "compare", "doctor"];
+const COMMANDS: [&str; 11] =
+    ["map", "draw", "track", "path", "tracts", "fit", "bezier", "grid", "exponent", "compare", "doctor"];
 
 /// The reference of all options, from the program's own help.
 fn reference() -> String {

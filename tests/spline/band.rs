@@ -2,7 +2,7 @@
 //! within it of them; areas and straight lines stay.
 
 use faircurve::io;
-use faircurve::spline::{Band, Smoothing, SmoothingTarget};
+use faircurve::spline::{Band, Corners, Smoothing, SmoothingTarget};
 use faircurve::{CurveBatch, CurveStatus, Deviation, Device, Sampling};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -224,4 +224,96 @@ fn a_length_on_the_ground_is_one_at_every_latitude() {
     let planar = CurveBatch::from_slices(&[&[[0.0, 0.0], [1.0, 1.0], [2.0, 0.0]][..]]).unwrap();
     let error = band.fit(&planar, &Device::cpu()).unwrap_err().to_string();
     assert!(error.contains("20km is a length on the ground"), "{error}");
+}
+
+/// A closed polygon with points at a spacing along its sides, each with noise of up to `noise`.
+fn noisy(corners: &[[f64; 2]], spacing: f64, noise: f64, rng: &mut StdRng) -> Vec<[f64; 2]> {
+    let mut all = vec![];
+    for (k, [x, y]) in corners.iter().enumerate() {
+        let [to_x, to_y] = corners[(k + 1) % corners.len()];
+        let steps = ((to_x - x).hypot(to_y - y) / spacing).ceil();
+        for j in 0..steps as usize {
+            let (u, angle) = (j as f64 / steps, rng.random_range(0.0..std::f64::consts::TAU));
+            let r = noise * rng.random_range(0.0..1.0_f64).sqrt();
+            all.push([x + u * (to_x - x) + r * angle.cos(), y + u * (to_y - y) + r * angle.sin()]);
+        }
+    }
+    all
+}
+
+/// The points at which a closed curve turns at once.
+fn corners_of(batch: &CurveBatch, corners: Corners) -> Vec<[f64; 2]> {
+    let mut band = Band::within(1.0);
+    band.corners = corners;
+    let fit = band.fit(batch, &Device::cpu()).unwrap();
+    assert!(fit.reports()[0].max_deviation <= 1.0);
+    let curve = fit.curve(0);
+    let spans = curve.spans();
+    let turns = (0..spans).filter_map(|k| {
+        let [before, here] = [curve.jet((k + spans - 1) % spans, 1.0), curve.jet(k, 0.0)];
+        let angle = before.first.normalize().dot(here.first.normalize());
+        (angle < 0.3_f64.cos()).then_some([here.point.x, here.point.y])
+    });
+    turns.collect()
+}
+
+#[test]
+fn corners_stay_sharp_in_noise_and_round_shapes_have_none() {
+    let star = |k: u32| {
+        let (angle, r) = (f64::from(k) * 0.2 * std::f64::consts::PI, if k.is_multiple_of(2) { 60.0 } else { 25.0 });
+        [r * angle.cos(), r * angle.sin()]
+    };
+    let shapes = [
+        vec![[0.0, 0.0], [60.0, 0.0], [60.0, 40.0], [0.0, 40.0]],
+        vec![[0.0, 0.0], [50.0, 0.0], [50.0, 20.0], [20.0, 20.0], [20.0, 60.0], [0.0, 60.0]],
+        (0..10).map(star).collect(),
+    ];
+    for seed in 0..10 {
+        let rng = &mut StdRng::seed_from_u64(seed);
+        for noise in [0.0, 0.25, 0.5] {
+            for (k, shape) in shapes.iter().enumerate() {
+                let points = noisy(shape, 0.7, noise, rng);
+                let batch = CurveBatch::from_slices(&[&points[..]]).unwrap().closed(true);
+                let found = corners_of(&batch, Corners::Auto);
+                assert_eq!(found.len(), shape.len(), "shape {k}, noise {noise}, seed {seed}: {found:?}");
+                let far = |corner: &[f64; 2]| {
+                    let distances = found.iter().map(|own| (own[0] - corner[0]).hypot(own[1] - corner[1]));
+                    distances.fold(f64::INFINITY, f64::min)
+                };
+                let farthest = shape.iter().map(far).fold(0.0, f64::max);
+                assert!(farthest <= 2.0, "shape {k}, noise {noise}, seed {seed}: {farthest}");
+            }
+            for radius in [6.0_f64, 10.0, 30.0, 100.0] {
+                let round: Vec<[f64; 2]> = (0..(9.0 * radius) as usize)
+                    .map(|k| k as f64 / (9.0 * radius).floor() * std::f64::consts::TAU)
+                    .map(|a| [radius * a.cos(), 0.8 * radius * a.sin()])
+                    .collect();
+                let points = noisy(&round, 0.7, noise, rng);
+                let batch = CurveBatch::from_slices(&[&points[..]]).unwrap().closed(true);
+                let found = corners_of(&batch, Corners::Auto);
+                assert!(found.is_empty(), "radius {radius}, noise {noise}, seed {seed}: {found:?}");
+            }
+        }
+    }
+    // Surveyed corners need straight lines, which noise does not have.
+    let house = CurveBatch::from_slices(&[&shapes[0][..]]).unwrap().closed(true);
+    assert_eq!(corners_of(&house, Corners::Straight).len(), 4);
+    let rough = noisy(&shapes[0], 0.7, 0.5, &mut StdRng::seed_from_u64(1));
+    let rough = CurveBatch::from_slices(&[&rough[..]]).unwrap().closed(true);
+    assert!(corners_of(&rough, Corners::Straight).is_empty());
+    assert_eq!(corners_of(&house, Corners::Above(1.0)).len(), 4);
+    assert!(corners_of(&house, Corners::Rounded).is_empty());
+}
+
+#[test]
+fn loops_that_are_smaller_than_the_distance_keep_their_shape() {
+    // A border that goes round and comes back to its junction, as islands on a spit do.
+    let ring = [[0.0, 0.0], [1.0, -1.0], [2.0, 0.0], [1.5, 2.0], [0.5, 2.0], [0.0, 0.0]];
+    let batch = CurveBatch::from_slices(&[&ring[..]]).unwrap();
+    for distance in [0.3, 3.0, 100.0] {
+        let fit = Band::within(distance).fit(&batch, &Device::cpu()).unwrap();
+        let report = &fit.reports()[0];
+        assert!(report.status.is_usable() && report.max_deviation < 0.5, "{distance}: {report:?}");
+        assert!(fit.polylines(Sampling::PerSpan(16)).coords().iter().all(|x| x.is_finite()));
+    }
 }

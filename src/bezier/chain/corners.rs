@@ -6,9 +6,9 @@ use std::ops::Range;
 
 use super::super::completed::{Assembly, Completed};
 use super::super::curves::Chains;
-use super::super::handles::turn;
 use crate::batch::{CurveBatch, Piece, Unfitted};
 use crate::constraint::Constraints;
+use crate::curve::handles::turn;
 use crate::curve::vector;
 use crate::error::Result;
 use crate::report::CurveReport;

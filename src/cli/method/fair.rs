@@ -3,10 +3,21 @@
 use faircurve::discrete::{Energy, Fair, Pins, Segments, bending, geodesic_bending, tautness};
 use faircurve::{Error, Result};
 
-use super::{Degrees, MethodArgs, positive};
+use super::{Degrees, KeptCorners, MethodArgs, positive};
 use crate::cli::sampling::per_span;
 
 impl MethodArgs {
+    /// The turn of corners, in radians.
+    fn angle_of_corners(&self) -> Result<Option<f64>> {
+        match self.corners {
+            None => Ok(None),
+            Some(KeptCorners::Above(Degrees(angle))) => Ok(Some(angle.to_radians())),
+            Some(KeptCorners::Auto | KeptCorners::Straight) => Err(Error::argument(
+                "--corners auto and straight go with --within; for fair curves give an angle, such as 45deg",
+            )),
+        }
+    }
+
     /// The energy of fair curves.
     pub(super) fn energy(&self) -> Energy {
         match (&self.energy, self.exponent) {
@@ -56,9 +67,9 @@ impl MethodArgs {
             limits: self.limits.limits()?,
             surface: self.surface.surface()?,
             off_surface: self.surface.off_surface(),
-            corners: self.corners.map(|Degrees(angle)| angle.to_radians()),
+            corners: self.angle_of_corners()?,
             solver: self.solver.unwrap_or(defaults.solver),
-            tolerance: self.tolerance.unwrap_or(defaults.tolerance),
+            tolerance: self.convergence.unwrap_or(defaults.tolerance),
             max_iterations: self.max_iterations.unwrap_or(defaults.max_iterations),
             starts: self.starts.unwrap_or(defaults.starts),
             ..defaults

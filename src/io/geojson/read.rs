@@ -15,7 +15,7 @@ use crate::batch::CurveBatch;
 use crate::batch::Origin;
 use crate::error::{Error, Result, quoted, shortened};
 use crate::io::source::Source;
-use crate::io::{ReadOptions, close, counted, grouped_names, longitude, part};
+use crate::io::{ReadOptions, Selection, close, counted, grouped_names, longitude, part};
 use crate::sort;
 
 /// An upper bound of the memory that a comma or an opening bracket stands for.
@@ -60,7 +60,7 @@ fn read_text(source: &Source, text: &str, objects: Vec<Object>, options: &ReadOp
         let what = without_place(&error);
         source.error(line, format!("column {column}: {what}: this is no JSON, or the file was cut off"))
     })?;
-    let mut reader = Reader::new(source, text);
+    let mut reader = Reader::new(source, text, options.selected.as_ref());
     reader.root(root)?;
     reader.finish(objects, options)
 }
@@ -70,6 +70,9 @@ fn without_place(error: &serde_json::Error) -> String {
     let what = text.rsplit_once(" at line ").map_or(text.as_str(), |(what, _)| what);
     shortened(what).into_owned()
 }
+
+/// Properties that hold what people call a feature, the best ones first.
+const TITLES: [&str; 6] = ["name", "NAME", "Name", "title", "id", "ID"];
 
 /// A member of an object: its name with the quotation marks, and its value.
 type Member<'a> = (&'a str, &'a RawValue);
@@ -118,6 +121,11 @@ struct Reader<'a> {
     feature: usize,
     /// For each feature its first curve, and its name by the property `curve`.
     features: Vec<(usize, Option<String>)>,
+    /// For each feature its first curve, and what people call it.
+    titles: Vec<(usize, Option<String>)>,
+    /// What is selected, and the features that have it among their properties.
+    selection: Option<&'a Selection>,
+    selected: Vec<usize>,
     unwrapped: Vec<usize>,
     round_pole: Vec<usize>,
     /// Rings that wind once round a pole, the turns of their points, and the pole.
@@ -126,7 +134,7 @@ struct Reader<'a> {
 }
 
 impl<'a> Reader<'a> {
-    fn new(source: &'a Source<'a>, text: &'a str) -> Self {
+    fn new(source: &'a Source<'a>, text: &'a str, selection: Option<&'a Selection>) -> Self {
         Reader {
             source,
             text,
@@ -137,6 +145,9 @@ impl<'a> Reader<'a> {
             rings: Vec::new(),
             feature: 0,
             features: Vec::new(),
+            titles: Vec::new(),
+            selection,
+            selected: Vec::new(),
             unwrapped: Vec::new(),
             round_pole: Vec::new(),
             framed: Vec::new(),
@@ -191,8 +202,12 @@ impl<'a> Reader<'a> {
 
     fn feature(&mut self, members: &Members<'a>) -> Result<()> {
         let first = self.rings.len();
-        let name = members.get("properties").and_then(property_curve);
-        self.features.push((first, name));
+        let property = |key: &str| members.get("properties").and_then(|properties| property(properties, key));
+        if self.selection.is_some_and(|own| property(&own.key).is_some_and(|value| own.has(&value))) {
+            self.selected.push(self.feature);
+        }
+        self.titles.push((first, TITLES.iter().find_map(|key| property(key))));
+        self.features.push((first, property("curve").filter(|name| name != "true" && name != "false")));
         if let Some(geometry) = members.get("geometry") {
             self.geometry(geometry, 0)?;
         }
@@ -416,6 +431,7 @@ impl<'a> Reader<'a> {
             let points = &coords[dimension * self.lines.offsets[i]..dimension * self.lines.offsets[i + 1]];
             Some((i, points.chunks_exact(dimension).position(lacks_altitude)?))
         };
+        let unselected = self.unselected(&objects);
         let sunk: Vec<(usize, usize)> = (0..self.rings.len()).filter_map(without_altitude).collect();
         let coords = self.with_frames(coords, dimension);
         sort::by(&mut self.cuts, |a, b| (a.0.start, a.0.end).cmp(&(b.0.start, b.0.end)));
@@ -431,6 +447,8 @@ impl<'a> Reader<'a> {
         let notes = self.note_of_frames().into_iter().chain(note_of_flat).collect();
         let origin = Origin {
             within_half_turn: self.within_half_turn,
+            unselected,
+            titles: self.titles,
             names: Some(names),
             unwrapped: self.unwrapped,
             is_map: self.rings.contains(&true),
@@ -449,6 +467,21 @@ impl<'a> Reader<'a> {
             batch.refuse(i, point, "its position is null, or lacks a number: fill it in, or remove it");
         }
         close(batch, options.closed, &self.rings, &self.round_pole)
+    }
+
+    /// The curves of features that are not selected, by a property or by the object of a topology.
+    fn unselected(&self, objects: &[Object]) -> Vec<usize> {
+        let Some(selection) = self.selection else { return vec![] };
+        let layers = objects.iter().flat_map(|object| std::iter::repeat_n(&object.name, object.features));
+        let layers: Vec<&String> = if selection.key == "layer" { layers.collect() } else { vec![] };
+        let is_selected = |feature: &usize| {
+            self.selected.binary_search(feature).is_ok() || layers.get(*feature).is_some_and(|name| selection.has(name))
+        };
+        let curves = |feature: usize| {
+            let end = self.features.get(feature + 1).map_or(self.rings.len(), |next| next.0);
+            self.features[feature].0..end
+        };
+        (0..self.features.len()).filter(|feature| !is_selected(feature)).flat_map(curves).collect()
     }
 
     /// The coordinates, with the frame of the map in rings that wind round a pole.
@@ -486,13 +519,13 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The property `curve`, text or number.
-fn property_curve(properties: &RawValue) -> Option<String> {
+/// The value of a property that is a text, a number or true or false.
+fn property(properties: &RawValue, key: &str) -> Option<String> {
     let members: Members = serde_json::from_str(properties.get()).ok()?;
-    let value = members.get("curve")?.get();
+    let value = members.get(key)?.get();
     match value.as_bytes()[0] {
         b'"' => serde_json::from_str(value).ok(),
-        b'-' | b'0'..=b'9' => Some(value.to_string()),
+        b'-' | b'0'..=b'9' | b't' | b'f' => Some(value.to_string()),
         _ => None,
     }
 }

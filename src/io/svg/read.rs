@@ -30,7 +30,7 @@ use crate::batch::CurveBatch;
 use crate::batch::Origin;
 use crate::error::{Result, listed, quoted, shortened};
 use crate::io::source::Source;
-use crate::io::{Flatness, ReadOptions, close, grouped_names, part, xml};
+use crate::io::{Flatness, ReadOptions, Selection, close, grouped_names, part, xml};
 use crate::sort;
 use crate::status::CurveStatus;
 
@@ -48,6 +48,7 @@ pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<
         text: &text,
         controls: options.controls,
         flatness: options.flatness,
+        selection: options.selected.as_ref(),
         drawing: Drawing::default(),
         passed_over: BTreeMap::new(),
         hidden: Vec::new(),
@@ -85,6 +86,15 @@ pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<
     close(batch, options.closed, &curves.closed, &[])
 }
 
+/// Whether an element, or a group around it, is selected.
+fn is_selected(node: Node, selection: &Selection) -> bool {
+    let has = |value: &str| match selection.key.as_str() {
+        "class" => value.split_whitespace().any(|class| selection.has(class)),
+        _ => selection.has(value),
+    };
+    node.ancestors().any(|node| node.attribute(selection.key.as_str()).is_some_and(has))
+}
+
 struct Curves<'a> {
     source: &'a Source<'a>,
     text: &'a str,
@@ -92,6 +102,7 @@ struct Curves<'a> {
     controls: bool,
     /// How near chords between vertices are to the path.
     flatness: Option<Flatness>,
+    selection: Option<&'a Selection>,
     /// The document, and where its paths are found in its text.
     drawing: Drawing,
     /// Elements that are seen in the drawing and have no curves here.
@@ -124,7 +135,9 @@ impl Curves<'_> {
                 None => Ok(outer),
             });
             let viewport = if name == "svg" { Viewport::of(node, viewport) } else { viewport };
-            if name == "path" || shape::SHAPES.contains(&name) {
+            if !self.selection.is_none_or(|selection| is_selected(node, selection)) {
+                // It stays a part of the document.
+            } else if name == "path" || shape::SHAPES.contains(&name) {
                 self.element(node, &affine, viewport)?;
             } else if let Some(name) =
                 ["<text>", "<image>", "<use>"].into_iter().find(|other| other[1..other.len() - 1] == *name)

@@ -1,6 +1,8 @@
 //! [`Least`]: the curve of least bending within the discs of its knots, and of a given area.
 
+use super::Corners;
 use super::area::{Section, mean_width};
+use super::corners::{between_runs, corners, sharper};
 use super::curves::BandCurve;
 use super::runs::{from_ends, inside, radius};
 use crate::bounds::Bounds;
@@ -24,6 +26,12 @@ const RELAXATION: f64 = 1.6;
 
 /// See [`widest`]. Of 144 random islands all keep their area with 0.1, and 143 with 0.3.
 const CLOSED: f64 = 0.3;
+
+/// Times that a section is bowed to its area.
+const BOWS: usize = 4;
+
+/// The distance in units of D that a corner may be from its vertex, as far as noise moves one.
+const CORNER: f64 = 0.5;
 
 /// Iterations at most, and at least.
 const ITERATIONS: u32 = 300;
@@ -68,15 +76,23 @@ pub(super) struct Least {
 }
 
 impl Least {
-    /// Sets up curve `i` with its pinned entries, in increasing order.
-    pub fn load(&mut self, knots: &Knots, i: usize, distance: f64, pinned: &[usize]) {
+    /// Sets up curve `i` with its pinned entries, in increasing order. `distances` are those that is kept
+    /// and that corners are found at.
+    pub fn load(&mut self, knots: &Knots, i: usize, distances: [f64; 2], pinned: &[usize], kept: Corners) {
         match knots.dimension {
-            2 => self.load_in::<2>(knots, i, distance, pinned),
-            _ => self.load_in::<3>(knots, i, distance, pinned),
+            2 => self.load_in::<2>(knots, i, distances, pinned, kept),
+            _ => self.load_in::<3>(knots, i, distances, pinned, kept),
         }
     }
 
-    fn load_in<const D: usize>(&mut self, knots: &Knots, i: usize, distance: f64, pinned: &[usize]) {
+    fn load_in<const D: usize>(
+        &mut self,
+        knots: &Knots,
+        i: usize,
+        [distance, scale_of_corners]: [f64; 2],
+        pinned: &[usize],
+        kept: Corners,
+    ) {
         let (closed, values) = (knots.closed[i], knots.values(i));
         (self.distance, self.centre) = (distance, Bounds::<3>::of_flat(values, D).middle());
         let centre = self.centre;
@@ -84,6 +100,16 @@ impl Least {
         let points: Vec<Vector<f64, D>> = values.as_chunks::<D>().0.iter().map(place).collect();
         let t: Vec<f64> = knots.t(i).iter().map(|t| t / distance).collect();
         let ends = from_ends(&points, &t);
+        let kept = match kept {
+            Corners::Rounded => vec![],
+            Corners::Auto => {
+                let unit = distance / scale_of_corners;
+                let points: Vec<Vector<f64, D>> = points.iter().map(|point| scale(unit, *point)).collect();
+                corners(&points, closed)
+            }
+            Corners::Straight => between_runs(&points, &t, closed),
+            Corners::Above(angle) => sharper(&points, closed, angle),
+        };
         let (mut polygon, mut radii, mut spans) = (Vec::new(), Vec::new(), Vec::new());
         self.rows.clear();
         for (k, point) in points.iter().enumerate() {
@@ -111,6 +137,12 @@ impl Least {
             let before = if k == 0 && !closed { 0.0 } else { spans[(k + n - 1) % n] };
             0.5 * (before + spans.get(k).copied().unwrap_or(0.0))
         };
+        let inner = if closed { 0..n } else { 1..n - 1 };
+        let corners = kept.into_iter().map(|k| self.rows[k] as usize);
+        self.problem.corners = corners.filter(|row| inner.contains(row)).collect();
+        for &row in &self.problem.corners {
+            self.radii[row] = self.radii[row].min(CORNER);
+        }
         // λ is 1. The smaller a disc is, the more its deviation weighs.
         let weigh = |k: usize| REACH.powi(4) * self.radii[k] / share(k);
         let problem = &mut self.problem;
@@ -129,14 +161,16 @@ impl Least {
             self.sections = Section::all(&self.problem, &self.polygon, &pinned);
         }
         let mut iterations = 0;
-        for slack in SLACKS {
-            let (own, is_kept) = self.descend(slack);
+        for (slack, keep_area) in [(SLACKS[0], true), (SLACKS[1], true), (SLACKS[1], false)] {
+            let (own, is_kept) = self.descend(slack, keep_area);
             iterations += own;
-            if is_kept {
+            // Without pressure only what has left the band is tried again.
+            if is_kept || slack == SLACKS[1] && self.farthest() <= 1.0 {
                 break;
             }
         }
         self.scale_to_area();
+        self.bow_to_areas();
         self.found(iterations)
     }
 
@@ -151,18 +185,50 @@ impl Least {
         let Some(section) = self.whole().filter(|section| section.excess().is_some()) else { return };
         let before = self.values.clone();
         section.scale(&mut self.values);
-        self.problem.data.clone_from(&self.values);
-        self.problem.prepare();
-        if self.problem.solve(0.0) && self.farthest() <= 1.0 {
+        if self.interpolate() && self.farthest() <= 1.0 {
             self.sections[0].measure(&self.problem, &self.values);
         } else {
             self.values = before;
         }
     }
 
-    /// Iterates from the polygon. Returns the number of iterations, and whether the curve is within
-    /// the band and keeps its areas.
-    fn descend(&mut self, slack: f64) -> (u32, bool) {
+    /// Bows sections that have another area than they should, if the curve stays within the band.
+    fn bow_to_areas(&mut self) {
+        if self.whole().is_some() {
+            return;
+        }
+        for k in 0..self.sections.len() {
+            let mut section = self.sections[k];
+            if section.excess().is_none() {
+                continue;
+            }
+            let before = self.values.clone();
+            self.interpolate();
+            for _ in 0..BOWS {
+                if section.measure(&self.problem, &self.values) {
+                    break;
+                }
+                section.bow(&self.problem, &mut self.values);
+                self.interpolate();
+            }
+            if self.is_within() {
+                self.sections[k] = section;
+            } else {
+                self.values = before;
+            }
+        }
+    }
+
+    /// The spline through the values.
+    fn interpolate(&mut self) -> bool {
+        self.problem.data.clone_from(&self.values);
+        self.problem.prepare();
+        self.problem.solve(0.0)
+    }
+
+    /// Iterates from the polygon, with or without pressure on the areas. Returns the number of
+    /// iterations, and whether the curve is within the band and keeps the areas that it has to.
+    fn descend(&mut self, slack: f64, keep_area: bool) -> (u32, bool) {
         self.projected.clone_from(&self.polygon);
         self.values.clone_from(&self.polygon);
         for buffer in [&mut self.dual, &mut self.push] {
@@ -171,13 +237,16 @@ impl Least {
         }
         self.sections.iter_mut().for_each(Section::restart);
         for iteration in 1..=ITERATIONS {
-            for section in &mut self.sections {
+            for section in self.sections.iter_mut().filter(|section| keep_area && section.is_pressed()) {
                 section.push(&self.problem, &self.values, &mut self.push);
             }
             let moved = self.iterate(slack);
             let (problem, values) = (&self.problem, &self.values);
-            let kept = self.sections.iter_mut().filter_map(|own| own.measure(problem, values).then_some(())).count();
-            let is_settled = iteration >= FEWEST && moved <= SETTLED && kept == self.sections.len();
+            let mut kept = true;
+            for section in &mut self.sections {
+                kept &= section.measure(problem, values) || !section.is_pressed();
+            }
+            let is_settled = iteration >= FEWEST && moved <= SETTLED && (!keep_area || kept);
             if is_settled && self.is_within() {
                 return (iteration, true);
             }
@@ -191,9 +260,7 @@ impl Least {
     /// The curve through the values found. `None` if they are not finite.
     fn found(&mut self, iterations: u32) -> Option<Found> {
         let (d, n, closed) = (self.problem.dimension, self.problem.count, self.problem.closed);
-        self.problem.data.clone_from(&self.values);
-        self.problem.prepare();
-        if !self.problem.solve(0.0) || self.values.iter().chain(&self.problem.moments).any(|x| !x.is_finite()) {
+        if !self.interpolate() || self.values.iter().chain(&self.problem.moments).any(|x| !x.is_finite()) {
             return None;
         }
         let Least { distance, centre, .. } = *self;

@@ -1,6 +1,7 @@
 //! Straight runs of a polygon, and the knots on its edges.
 
 use crate::linalg::scalar::{Vector, dot, scale, subtract};
+use crate::sort::farthest;
 
 /// The distance of a run's vertices from its chord, in units of D.
 const STRAIGHT: f64 = 0.01;
@@ -11,43 +12,34 @@ const STRAIGHT: f64 = 0.01;
 /// The vertices of a run are within [`STRAIGHT`] of its chord. A closed polygon has its first vertex
 /// again at its end.
 pub(super) fn from_ends<const D: usize>(points: &[Vector<f64, D>], t: &[f64]) -> Vec<[f64; 2]> {
-    let n = points.len();
-    let mut found = vec![[0.0; 2]; n];
-    let mut start = 0;
-    while start + 1 < n {
-        let end = end_of_run(points, start);
-        for k in start..=end {
-            let away = (t[k] - t[start]).min(t[end] - t[k]);
-            if k > start {
+    let mut found = vec![[0.0; 2]; points.len()];
+    for run in ends_of_runs(points, STRAIGHT).windows(2) {
+        for k in run[0]..=run[1] {
+            let away = (t[k] - t[run[0]]).min(t[run[1]] - t[k]);
+            if k > run[0] {
                 found[k][0] = away;
             }
-            if k < end {
+            if k < run[1] {
                 found[k][1] = away;
             }
         }
-        start = end;
     }
     found
 }
 
-/// The last vertex of the run that begins at `start`, found by steps that double, and halve.
-fn end_of_run<const D: usize>(points: &[Vector<f64, D>], start: usize) -> usize {
-    let reaches = |end: usize| end < points.len() && is_straight(&points[start..=end]);
-    let (mut end, mut step) = (start + 1, 1);
-    while reaches(end + step) {
-        end += step;
-        step *= 2;
+/// The vertices at which runs begin that are this near to their chords, and the last vertex.
+pub(super) fn ends_of_runs<const D: usize>(points: &[Vector<f64, D>], straight: f64) -> Vec<usize> {
+    let n = points.len();
+    let mut ends = vec![0];
+    while ends[ends.len() - 1] + 1 < n {
+        let start = ends[ends.len() - 1];
+        ends.push(farthest(start + 1, |end| end < n && is_straight(&points[start..=end], straight)));
     }
-    while step > 1 {
-        step /= 2;
-        end += if reaches(end + step) { step } else { 0 };
-    }
-    end
+    ends
 }
 
-/// Whether all points are within [`STRAIGHT`] of the chord from the first to the last, and in order
-/// along it.
-fn is_straight<const D: usize>(points: &[Vector<f64, D>]) -> bool {
+/// Whether all points are this near to the chord from the first to the last, and in order along it.
+fn is_straight<const D: usize>(points: &[Vector<f64, D>], straight: f64) -> bool {
     let chord = subtract(points[points.len() - 1], points[0]);
     let length = dot(chord, chord).sqrt();
     let mut farthest = 0.0;
@@ -57,7 +49,7 @@ fn is_straight<const D: usize>(points: &[Vector<f64, D>]) -> bool {
         let across = subtract(own, scale(along / length, chord));
         let is_next = along > farthest;
         farthest = along;
-        is_next && dot(across, across).sqrt() <= STRAIGHT
+        is_next && dot(across, across).sqrt() <= straight
     })
 }
 

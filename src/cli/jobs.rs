@@ -1,0 +1,146 @@
+//! The jobs `map`, `draw`, `track`, `path` and `tracts`: `fit` with the options that are right for them.
+
+use std::ffi::OsString;
+
+use clap::parser::ValueSource;
+use clap::{Arg, ArgMatches, Args, Command};
+
+use super::fit::FitArgs;
+
+/// A job of people.
+struct Job {
+    name: &'static str,
+    about: &'static str,
+    /// The option that must be given.
+    asks: &'static str,
+    /// Options of `fit` that its help lists, beside the common ones. It takes all.
+    options: &'static [&'static str],
+    /// Options of `fit` with the values that they have here.
+    presets: &'static [(&'static str, &'static str)],
+    examples: &'static str,
+}
+
+/// Options that the help of every job lists.
+const COMMON: [&str; 7] = ["input", "output", "picture", "report", "force", "quiet", "verbose"];
+
+const JOBS: [Job; 5] = [
+    Job {
+        name: "map",
+        about: "Smooth a map: borders stay shared, corners sharp, areas and long straight lines what they are",
+        asks: "within",
+        options: &["tolerance", "corners", "only", "selected", "snap", "digits"],
+        presets: &[("method", "smoothing"), ("tolerance", "auto"), ("corners", "straight"), ("topology", "yes")],
+        examples: "  faircurve map world.topojson -o smooth.topojson --within 5km
+  faircurve map parcels.geojson -o smooth.geojson --within 2 --only coast",
+    },
+    Job {
+        name: "draw",
+        about: "Smooth a drawing: traced noise becomes few smooth Béziers, with sharp corners",
+        asks: "within",
+        options: &["tolerance", "corners", "extremes", "selected", "digits"],
+        presets: &[("method", "smoothing"), ("as", "bezier"), ("tolerance", "auto"), ("corners", "auto")],
+        examples: "  faircurve draw logo.svg -o smooth.svg --within 0.5
+  faircurve draw plan.svg -o smooth.svg --within 1 --where class=traced",
+    },
+    Job {
+        name: "track",
+        about: "Smooth tracks in time, within a distance of every point; other columns travel along",
+        asks: "tube",
+        options: &["columns", "gap", "every", "at", "write", "tolerance"],
+        presets: &[("method", "smoothing"), ("carry", "all")],
+        examples: "  faircurve track storms.csv -o smooth.csv --tube 0.2
+  faircurve track ships.csv -o hourly.csv --columns curve=mmsi,x=lon,y=lat,t=time --tube 0.01 --gap 6h --every 1h",
+    },
+    Job {
+        name: "path",
+        about: "Plan paths through points, or near them, that turn no sharper than a radius",
+        asks: "min_radius",
+        options: &["deviation", "corridor", "keep_in", "keep_out", "no_crossing", "tolerance", "spacing", "write"],
+        presets: &[("method", "fair")],
+        examples: "  faircurve path route.csv -o drive.csv --min-radius 5 --deviation 1
+  faircurve path route.csv -o drive.csv --min-radius 5 --spacing 0.1 --write curvature,arclength",
+    },
+    Job {
+        name: "tracts",
+        about: "Smooth streamlines within a distance of every point, in millimetres",
+        asks: "deviation",
+        options: &["points", "tolerance", "write"],
+        presets: &[("method", "smoothing")],
+        examples: "  faircurve tracts brain.trk -o smooth.trk --deviation 1
+  faircurve tracts brain.tck -o smooth.tck --deviation 0.5 --points 20",
+    },
+];
+
+/// The jobs as subcommands.
+pub fn commands() -> impl Iterator<Item = Command> {
+    JOBS.iter().map(Job::command)
+}
+
+/// The arguments with those of `fit` in place of a job, which are printed with `-v`. `matches` are those
+/// of the whole command line.
+pub fn expanded(arguments: Vec<OsString>, matches: &ArgMatches) -> Vec<OsString> {
+    let Some((name, own)) = matches.subcommand() else { return arguments };
+    let Some(job) = JOBS.iter().find(|job| job.name == name) else { return arguments };
+    let place = arguments.iter().skip(1).position(|argument| argument == name).map_or(1, |at| at + 1);
+    let presets = job.presets.iter().filter(|(option, _)| !is_given(own, option));
+    let presets = presets.flat_map(|(option, value)| [format!("--{option}"), value.to_string()]);
+    let mut expanded = arguments;
+    expanded.splice(place..=place, ["fit".to_string()].into_iter().chain(presets).map(OsString::from));
+    if own.get_flag("verbose") {
+        let words = expanded[1..].iter().map(|word| quoted(&word.to_string_lossy()));
+        eprintln!("faircurve: {name} is short for: faircurve {}", words.collect::<Vec<_>>().join(" "));
+    }
+    expanded
+}
+
+impl Job {
+    fn command(&self) -> Command {
+        let fit = FitArgs::augment_args(Command::new(""));
+        let arguments = fit.get_arguments().map(|argument| self.argument(argument));
+        Command::new(self.name).about(self.about).args(arguments).after_help(format!(
+            "Examples:\n{}\n\n-v prints the fit command that it is short for. The other options of faircurve fit work here, too.",
+            self.examples
+        ))
+    }
+
+    /// An option of `fit` as the job has it: with one line of help, and what it is by default.
+    fn argument(&self, argument: &Arg) -> Arg {
+        let id = argument.get_id().as_str();
+        let preset = self.presets.iter().find(|(option, _)| *option == id);
+        let help = argument.get_help().map(ToString::to_string).unwrap_or_default();
+        let help = help.split(" [default:").next().unwrap_or_default().to_string();
+        let help = preset.map_or(help.clone(), |(_, value)| format!("{help} [default: {value}]"));
+        // What clashes or is checked is told by `fit`.
+        let mut own = Arg::new(id.to_string())
+            .help(help)
+            .action(argument.get_action().clone())
+            .hide(!(id == self.asks || COMMON.contains(&id) || self.options.contains(&id)))
+            .required(id == self.asks || argument.is_required_set());
+        if argument.get_action().takes_values() {
+            own = own.allow_hyphen_values(argument.is_allow_hyphen_values_set());
+            own = own.value_parser(clap::value_parser!(OsString));
+            own = own.value_names(argument.get_value_names().unwrap_or_default().iter().map(|name| name.to_string()));
+        }
+        if let Some(long) = argument.get_long() {
+            own = own.long(long.to_string());
+        }
+        match argument.get_short() {
+            Some(short) => own.short(short),
+            None => own,
+        }
+    }
+}
+
+fn is_given(matches: &ArgMatches, option: &str) -> bool {
+    matches.try_contains_id(option).unwrap_or(false) && matches.value_source(option) == Some(ValueSource::CommandLine)
+}
+
+/// A word as a shell reads it.
+fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./=,:%+@".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        word.into()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
+    }
+}

@@ -1,0 +1,187 @@
+//! The jobs `map`, `draw`, `track`, `path` and `tracts`, as their users meet them.
+
+use std::fs;
+use std::path::Path;
+
+use super::ran::{self, folder, run};
+use faircurve::{CurveBatch, io};
+use predicates::prelude::*;
+use predicates::str::contains;
+use tempfile::TempDir;
+
+fn data(name: &str) -> String {
+    format!("{}/examples/data/{name}", env!("CARGO_MANIFEST_DIR"))
+}
+
+fn text(folder: &TempDir, name: &str) -> String {
+    fs::read_to_string(folder.path().join(name)).unwrap()
+}
+
+fn read(folder: &TempDir, name: &str) -> CurveBatch {
+    io::read(folder.path().join(name)).unwrap()
+}
+
+/// What a command says.
+fn said(folder: &TempDir, arguments: &str) -> String {
+    String::from_utf8(run(folder, arguments).code(0).get_output().stderr.clone()).unwrap()
+}
+
+#[test]
+fn the_help_of_a_job_fits_a_screen_and_ends_with_examples() {
+    let folder = TempDir::new().unwrap();
+    for job in ["map", "draw", "track", "path", "tracts"] {
+        let help = run(&folder, &format!("{job} --help")).code(0);
+        let help = String::from_utf8(help.get_output().stdout.clone()).unwrap();
+        assert!(help.lines().count() <= 32, "{job} has {} lines", help.lines().count());
+        let examples = help.lines().filter(|line| line.starts_with(&format!("  faircurve {job} "))).count();
+        assert_eq!(examples, 2, "{help}");
+        run(&folder, &format!("{job} in.csv -o out.csv")).code(2).stderr(contains("required"));
+    }
+}
+
+#[test]
+fn a_job_is_short_for_a_fit_that_it_names() {
+    let folder = TempDir::new().unwrap();
+    let map = data("world-110m.topojson");
+    let words = said(&folder, &format!("map {map} -o a.geojson --within 50km --device cpu -v"));
+    let fit = words.lines().next().unwrap().split_once("faircurve fit ").unwrap().1.replace("a.geojson", "b.geojson");
+    run(&folder, &format!("fit {fit}")).code(0);
+    assert_eq!(text(&folder, "a.geojson"), text(&folder, "b.geojson"));
+    // What is given stands in place of a preset.
+    let words = said(&folder, &format!("map {map} -o c.geojson --within 50km --corners 45deg --device cpu -v"));
+    assert!(!words.contains("straight") && words.contains("--corners 45deg"), "{words}");
+}
+
+#[test]
+fn a_smoothed_map_is_within_its_distance_and_a_fifth_larger_at_most() {
+    let folder = TempDir::new().unwrap();
+    let map = data("world-110m.topojson");
+    let words = said(&folder, &format!("map {map} -o out.topojson --within 50km --device cpu --report r.json"));
+    assert!(words.contains("fitted within 37.5km, and written within 12.5km"), "{words}");
+    let size = |path: &Path| fs::metadata(path).unwrap().len();
+    let [before, after] = [size(Path::new(&map)), size(&folder.path().join("out.topojson"))];
+    assert!(5 * after < 6 * before, "{before} bytes became {after}");
+    let report: serde_json::Value = serde_json::from_str(&text(&folder, "r.json")).unwrap();
+    let farthest = report["curves"].as_array().unwrap().iter().filter_map(|own| own["max_deviation"].as_f64());
+    let farthest = farthest.fold(0.0, f64::max);
+    assert!(farthest > 20_000.0 && farthest <= 37_500.0, "{farthest}");
+    // The written lines, not the curves alone: 50 km are less than half a degree of latitude.
+    let (given, written) = (io::read(&map).unwrap(), read(&folder, "out.topojson"));
+    assert_eq!(given.len(), written.len());
+    let is_low = |i: &usize| given.points(*i).chunks_exact(2).all(|point| point[1].abs() < 60.0);
+    let low: Vec<usize> = (0..given.len()).filter(is_low).collect();
+    assert!(low.len() > 250);
+    for i in low {
+        assert!(ran::from_lines(&given, &written, i) < 0.46 / 60_f64.to_radians().cos(), "curve {i}");
+    }
+}
+
+/// Two squares with a side in common, the second one of which is a lake of the name b.
+const SQUARES: &str = r#"{"type":"FeatureCollection","features":[
+{"type":"Feature","properties":{"name":"a","level":2},"geometry":{"type":"Polygon","coordinates":[[[0,0],[10,0],[10.123456789,5],[10,10],[0,10],[0.5,5],[0,0]]]}},
+{"type":"Feature","properties":{"name":"b"},"geometry":{"type":"Polygon","coordinates":[[[10,0],[20,0],[20.123456789,5],[20,10],[10,10],[10.123456789,5],[10,0]]]}}]}"#;
+
+fn squares() -> TempDir {
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("in.geojson"), SQUARES).unwrap();
+    folder
+}
+
+/// Whether a curve of the written map has all the points of a line.
+fn has(batch: &CurveBatch, i: usize, line: &[[f64; 2]]) -> bool {
+    line.iter().all(|point| batch.points(i).chunks_exact(2).any(|own| own == point))
+}
+
+#[test]
+fn what_is_not_selected_stays_bit_for_bit() {
+    let folder = squares();
+    let (coast_a, shared) = ([0.5, 5.0], [10.123456789, 5.0]);
+    run(&folder, "map in.geojson -o coast.geojson --within 1 --only coast --device cpu").code(0);
+    let coast = read(&folder, "coast.geojson");
+    assert!(has(&coast, 0, &[shared]) && has(&coast, 1, &[shared]) && !has(&coast, 0, &[coast_a]));
+    run(&folder, "map in.geojson -o shared.geojson --within 1 --only shared --device cpu").code(0);
+    let inner = read(&folder, "shared.geojson");
+    assert!(!has(&inner, 0, &[shared]) && has(&inner, 0, &[coast_a]));
+    // Borders with what is not selected stay, too.
+    for value in ["name=a", "level=2"] {
+        run(&folder, &format!("map in.geojson -o a.geojson --within 1 --where {value} --force --device cpu")).code(0);
+        let (a, given) = (read(&folder, "a.geojson"), read(&folder, "in.geojson"));
+        assert!(has(&a, 0, &[shared]) && !has(&a, 0, &[coast_a]));
+        assert_eq!(a.points(1), given.points(1));
+    }
+    ran::refused(&folder, "map in.geojson -o n.geojson --within 1 --where name=c", "nothing with a shape has name=c");
+}
+
+#[test]
+fn a_group_of_a_drawing_is_smoothed_alone() {
+    let folder = TempDir::new().unwrap();
+    let zigzag = "M0,0 10,1 20,-1 30,1 40,-1 50,0";
+    let svg = format!("<svg><g class='traced rough'><path id='a' d='{zigzag}'/></g><path id='b' d='{zigzag}'/></svg>");
+    fs::write(folder.path().join("in.svg"), &svg).unwrap();
+    run(&folder, "draw in.svg -o out.svg --within 2 --where class=traced --device cpu").code(0);
+    let out = text(&folder, "out.svg");
+    assert!(out.contains(&format!("<path id='b' d='{zigzag}'/>")) && !out.contains(&format!("id='a' d='{zigzag}'")));
+    let csv = self::folder("curve,x,y\n0,0,0\n0,1,1\n0,2,0\n");
+    ran::refused(&csv, "fit in.csv -o out.csv --where curve=0", "selects features of GeoJSON");
+}
+
+#[test]
+fn traced_noise_becomes_few_cubics_with_the_corners_of_the_shape() {
+    // A square of 60 with noise of up to 0.4 every 0.7.
+    let folder = TempDir::new().unwrap();
+    let mut word = 7_u64;
+    let mut noise = || {
+        word = word.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((word >> 40) as f64 / f64::from(1 << 24) - 0.5) * 0.8
+    };
+    let mut path = String::new();
+    for k in 0..344 {
+        let (side, along) = (k / 86, f64::from(k % 86) * 60.0 / 86.0);
+        let [x, y] = [[along, 0.0], [60.0, along], [60.0 - along, 60.0], [0.0, 60.0 - along]][side as usize];
+        path += &format!("{}{:.4},{:.4} ", if k == 0 { "M" } else { "L" }, x + noise(), y + noise());
+    }
+    fs::write(folder.path().join("in.svg"), format!("<svg><path d='{path}Z'/></svg>")).unwrap();
+    run(&folder, "draw in.svg -o out.svg --within 1 --device cpu").code(0);
+    let out = text(&folder, "out.svg");
+    let cubics = out.matches(['C', 'c']).count();
+    assert!(cubics <= 12, "{out}");
+    let back = read(&folder, "out.svg");
+    for corner in [[0.0, 0.0], [60.0, 0.0], [60.0, -60.0], [0.0, -60.0]] {
+        let near = back.points(0).chunks_exact(2).map(|p| (p[0] - corner[0]).hypot(p[1] - corner[1]));
+        assert!(near.fold(f64::INFINITY, f64::min) < 1.0, "{corner:?} of {out}");
+    }
+}
+
+#[test]
+fn tracks_paths_and_tracts_do_their_jobs_by_default() {
+    let folder = TempDir::new().unwrap();
+    let storms = data("storms.csv.gz");
+    run(&folder, &format!("track {storms} -o s.csv --columns curve=id,x=lon,y=lat,t=hours --tube 0.6 --device cpu"))
+        .code(0);
+    assert!(text(&folder, "s.csv").lines().next().unwrap().contains("wind"), "other columns travel along");
+    run(&folder, &format!("tracts {} -o t.trk --deviation 1 --points 20 --device cpu", data("tracts.trk"))).code(0);
+    let path = self::folder("curve,x,y\n0,0,0\n0,10,0\n0,10,10\n0,20,10\n");
+    let code = predicate::in_iter([0, 1]);
+    run(&path, "path in.csv -o p.csv --min-radius 2 --deviation 2 --report r.json --device cpu").code(code);
+    let report: serde_json::Value = serde_json::from_str(&text(&path, "r.json")).unwrap();
+    assert!(report["curves"][0]["max_curvature"].as_f64().unwrap() <= 0.5 * (1.0 + 1e-6));
+}
+
+#[test]
+fn few_samples_stay_within_their_tolerance_of_every_method() {
+    let folder = TempDir::new().unwrap();
+    let octopus = data("octopus.csv");
+    for method in ["natural", "fair", "scf", "smoothing --within 5%"] {
+        let within = method.contains("within");
+        let tolerance = if within { "1%" } else { "0.5" };
+        let fit = format!("fit {octopus} --method {method} --device cpu --force");
+        run(&folder, &format!("{fit} -o few.csv --tolerance {tolerance}")).code(0);
+        let fine = if within { fit.replace("5%", "4%") } else { fit };
+        run(&folder, &format!("{fine} -o fine.csv --samples 64")).code(0);
+        let (few, fine) = (read(&folder, "few.csv"), read(&folder, "fine.csv"));
+        let most = if within { 0.01 * ran::diagonal(&io::read(&octopus).unwrap(), 0) } else { 0.5 };
+        let far = ran::from_lines(&fine, &few, 0).max(ran::from_lines(&few, &fine, 0));
+        assert!(far <= 1.001 * most && far > 0.1 * most, "{method}: {far} of {most}");
+        assert!(few.count(0) < fine.count(0) / 8, "{method}: {} of {}", few.count(0), fine.count(0));
+    }
+}
