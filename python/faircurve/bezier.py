@@ -115,16 +115,20 @@ class Chain:
 
 @dataclass(frozen=True)
 class Simplify:
-    """As few cubics as possible within a tolerance of those given, measured both ways; corners (degrees) are kept."""
+    """As few cubics as possible within a tolerance of those given, measured both ways; corners (degrees) are kept.
+
+    With ``extremes`` joints lie where x or y is extreme, with level handles, as fonts ask.
+    """
 
     tolerance: float
     corners: float = 1.0
+    extremes: bool = False
 
     def fit(self, controls: Any, *, closed: Any = None) -> Completed:
         """Simplifies chains of cubics."""
         given = ragged(controls)
         batch = _batch(given, closed=closed)
-        return _completed(_core.simplify(batch, self.tolerance, self.corners), given, batch.closed)
+        return _completed(_core.simplify(batch, self.tolerance, self.corners, self.extremes), given, batch.closed)
 
 
 def elevate(controls: Any, by: int = 1, *, device: str = "auto", precision: str = "auto") -> Any:

@@ -66,8 +66,8 @@ pub fn chain<'py>(
 }
 
 #[pyfunction]
-pub fn simplify<'py>(batch: &Bound<'py, Batch>, tolerance: f64, corners: f64) -> PyResult<Made<'py>> {
-    let method = Simplify { tolerance, corners: corners.to_radians() };
+pub fn simplify<'py>(batch: &Bound<'py, Batch>, tolerance: f64, corners: f64, extremes: bool) -> PyResult<Made<'py>> {
+    let method = Simplify { tolerance, corners: corners.to_radians(), extremes };
     made(batch, "cpu", "auto", |batch, device| method.fit(batch, device))
 }
 

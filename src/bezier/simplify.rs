@@ -44,11 +44,13 @@ pub struct Simplify {
     /// Joints where the direction turns by more than this (radians, 0 to π) are corners. By default
     /// one degree.
     pub corners: f64,
+    /// Whether joints lie where x or y is extreme, with level handles, as fonts ask. By default not.
+    pub extremes: bool,
 }
 
 impl Default for Simplify {
     fn default() -> Self {
-        Simplify { tolerance: 1e-3, corners: 1_f64.to_radians() }
+        Simplify { tolerance: 1e-3, corners: 1_f64.to_radians(), extremes: false }
     }
 }
 
@@ -63,7 +65,7 @@ impl Simplify {
     /// # Errors
     /// A tolerance that is not positive, or an angle of corners outside 0 … π.
     pub fn fit(&self, chains: &CurveBatch, device: &Device) -> Result<Completed> {
-        let Simplify { tolerance, corners } = *self;
+        let Simplify { tolerance, corners, extremes } = *self;
         if !(tolerance > 0.0 && tolerance.is_finite()) {
             return Err(Error::argument(format!("the tolerance is {tolerance}; it must be a positive length")));
         }
@@ -71,7 +73,7 @@ impl Simplify {
         chains.allows(&[], "simplified chains")?;
         let simplified: Vec<std::result::Result<Vec<Piece>, Unfitted>> = parallel::map(chains.len(), 1, |i| {
             let pieces = pieces(chains, i)?;
-            Ok(Fewest { tolerance, corners }.chain(pieces, chains.is_closed(i), &[]))
+            Ok(Fewest { tolerance, corners, extremes }.chain(pieces, chains.is_closed(i)))
         });
         device.finished(chains.len());
         let mut assembly = Assembly::new(chains);

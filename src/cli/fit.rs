@@ -21,9 +21,13 @@ use super::sampling::{count_of, points, sampling};
 use super::track::TrackArgs;
 use super::{count, positive};
 
-/// The part of --tolerance that the rounding of coordinates may take, and the most decimals. With 0.1
-/// small islands have another area.
+/// The part of --tolerance that the rounding of coordinates may take. The unit of rounding is this part
+/// of the smallest ring's size at most: without it the areas of 83 of 553 polygons of the United States
+/// change by more than 0.1 % within 10 km.
 const ROUNDED: f64 = 0.02;
+const ROUNDED_RING: f64 = 5e-4;
+
+/// The most decimals of a number.
 const MOST_DIGITS: f64 = 15.0;
 
 /// The part of --within that --tolerance auto is, of samples and of Béziers.
@@ -230,7 +234,11 @@ impl FitArgs {
     fn decimals(&self, batch: &CurveBatch, tolerance: Option<f64>) -> Option<u8> {
         match tolerance {
             Some(tolerance) if self.curves.digits.is_none() && self.shape == Shape::Polyline => {
-                Some((-(SQRT_2 * ROUNDED * tolerance).log10()).ceil().clamp(0.0, MOST_DIGITS) as u8)
+                let rings = (0..batch.len()).filter(|&i| batch.is_closed(i) && batch.problem(i).is_none());
+                let sizes = rings.map(|i| Deviation::OfSize(ROUNDED_RING).of(batch, i)).filter(|size| *size > 0.0);
+                let unit = sizes.fold(SQRT_2 * ROUNDED * tolerance, f64::min);
+                let enough = (-unit.log10()).ceil().clamp(0.0, MOST_DIGITS) as u8;
+                Some(io::decimals_of(batch).map_or(enough, |given| given.min(enough)))
             }
             _ => self.curves.decimals(batch),
         }

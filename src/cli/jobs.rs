@@ -29,7 +29,13 @@ const JOBS: [Job; 5] = [
         about: "Smooth a map: borders stay shared, corners sharp, areas and long straight lines what they are",
         asks: "within",
         options: &["tolerance", "corners", "only", "selected", "snap", "digits"],
-        presets: &[("method", "smoothing"), ("tolerance", "auto"), ("corners", "straight"), ("topology", "yes")],
+        presets: &[
+            ("method", "smoothing"),
+            ("tolerance", "auto"),
+            ("corners", "straight"),
+            ("topology", "yes"),
+            ("crossings", "mend"),
+        ],
         examples: "  faircurve map world.topojson -o smooth.topojson --within 5km
   faircurve map parcels.geojson -o smooth.geojson --within 2 --only coast",
     },

@@ -93,6 +93,9 @@ pub struct PlanArgs {
     /// known.
     #[arg(long, conflicts_with_all = ["joints", "lengths", "known", "tangents", "energy"], help_heading = "Béziers")]
     simplify: bool,
+    /// Ends Béziers where x or y is extreme, as fonts ask
+    #[arg(long, requires = "simplify", help_heading = "Béziers")]
+    extremes: bool,
 }
 
 /// What points are, and how they are completed.
@@ -165,7 +168,7 @@ impl PlanArgs {
             return Err(Error::argument("--simplify takes chains of cubics: give --degree 3, or leave it out"));
         }
         let by_default = Simplify::default();
-        Ok(Simplify { tolerance, corners: self.angle().unwrap_or(by_default.corners) })
+        Ok(Simplify { tolerance, corners: self.angle().unwrap_or(by_default.corners), extremes: self.extremes })
     }
 
     /// Whether fewer cubics are wanted.

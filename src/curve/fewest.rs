@@ -19,6 +19,8 @@ pub(crate) struct Fewest {
     pub tolerance: f64,
     /// Joints where the direction turns by more than this (radians) are corners.
     pub corners: f64,
+    /// Whether joints lie where x or y is extreme.
+    pub extremes: bool,
 }
 
 /// Points per old piece whose distance from the new pieces is checked. New pieces, which are
@@ -66,9 +68,7 @@ pub(crate) fn fewest(curve: &dyn AnyCurve, tolerance: f64, extremes: bool) -> Ve
     if !curve.is_fitted() {
         return first;
     }
-    let (pieces, joints) = if extremes { at_extremes(&first) } else { (first, vec![]) };
-    let fewest = Fewest { tolerance: (1.0 - FIRST) * tolerance, corners: CORNERS };
-    fewest.chain(pieces, curve.is_closed(), &joints)
+    Fewest { tolerance: (1.0 - FIRST) * tolerance, corners: CORNERS, extremes }.chain(first, curve.is_closed())
 }
 
 /// Pieces that are divided where x or y is extreme, and the joints there.
@@ -116,20 +116,19 @@ fn divided(&[p, q, r, s]: &Piece, v: f64) -> [Piece; 2] {
 }
 
 impl Fewest {
-    /// A simpler chain that keeps some of its joints, and its corners.
-    pub fn chain(&self, mut pieces: Vec<Piece>, closed: bool, kept: &[usize]) -> Vec<Piece> {
-        let whole = pieces.clone();
-        let is_point = |piece: &Piece| piece.iter().all(|point| *point == piece[0]);
+    /// A simpler chain.
+    pub fn chain(&self, whole: Vec<Piece>, closed: bool) -> Vec<Piece> {
+        let mut pieces = whole.clone();
         // Pieces of one point have no direction.
-        let before = |joint: usize| whole[..joint].iter().filter(|piece| is_point(piece)).count();
-        let kept: Vec<usize> = kept.iter().map(|&joint| joint - before(joint)).collect();
-        pieces.retain(|piece| !is_point(piece));
+        pieces.retain(|piece| piece.iter().any(|point| *point != piece[0]));
         if pieces.is_empty() {
             return whole;
         }
+        let extreme: Vec<usize>;
+        (pieces, extreme) = if self.extremes { at_extremes(&pieces) } else { (pieces, vec![]) };
         let n = pieces.len();
         let mut stays = self.staying(&pieces, closed);
-        stays.extend(kept.into_iter().filter(|joint| (usize::from(!closed)..n).contains(joint)));
+        stays.extend(extreme.into_iter().filter(|joint| (usize::from(!closed)..n).contains(joint)));
         stays.sort_unstable();
         stays.dedup();
         let round = |start: usize, ends: &[usize]| -> Vec<Piece> {

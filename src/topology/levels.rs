@@ -46,6 +46,9 @@ const TIGHTEST: u8 = (LEVELS.len() - 1) as u8;
 /// The level of points falls by one over this number of points away from a span.
 const FADING: f64 = 8.0;
 
+/// Cubics that are steeper than this at an end overshoot (Fritsch and Carlson 1980).
+const STEEPEST: f64 = 3.0;
+
 /// How tight the spans and points of every stroke are.
 pub(super) struct Levels<'a> {
     topology: &'a Topology,
@@ -108,13 +111,17 @@ impl Stroke {
         (0..self.points.len()).map(way).collect()
     }
 
-    /// The derivative of the displacements at point `k`, 0 at points that the fit did not move.
+    /// The derivative of the displacements at point `k`, 0 at points that the fit did not move. Between
+    /// points that lie very unevenly it is at most STEEPEST of the smaller of both slopes, so that no
+    /// span overshoots.
     fn slope(&self, curve: &dyn Curve, ways: &[DVec3], k: usize) -> DVec3 {
         let neighbours = (self.beside(k, -1), self.beside(k, 1));
         match neighbours {
             (Some(before), Some(after)) if self.back[k] != DVec3::ZERO => {
                 let (h, i) = (curve.pace(before), curve.pace(k));
-                ((ways[k] - ways[before]) * (i / h) + (ways[after] - ways[k]) * (h / i)) / (h + i)
+                let [left, right] = [(ways[k] - ways[before]) / h, (ways[after] - ways[k]) / i];
+                let most = STEEPEST * left.length().min(right.length());
+                ((left * i + right * h) / (h + i)).clamp_length_max(most)
             }
             _ => DVec3::ZERO,
         }

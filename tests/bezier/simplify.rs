@@ -178,3 +178,29 @@ fn what_is_simplified_is_a_fit_as_any_other() {
     let fit: Fit = completed.into_fit();
     assert!((0..4).all(|i| fit.curve(i).spans() == pieces[i] && fit.reports()[i].max_deviation == 0.5));
 }
+
+#[test]
+fn joints_lie_at_extremes_where_fonts_ask_for_them() {
+    // A circle whose joints are turned by 20 degrees, as one chain of four cubics.
+    let kappa = 4.0 / 3.0 * (std::f64::consts::FRAC_PI_8).tan();
+    let at = |k: f64| (k * std::f64::consts::FRAC_PI_2 + 20_f64.to_radians()).sin_cos();
+    let points: Vec<[f64; 2]> = (0..4)
+        .flat_map(|k| {
+            let ((s, c), (t, d)) = (at(f64::from(k)), at(f64::from(k) + 1.0));
+            [[c, s], [c - kappa * s, s + kappa * c], [d + kappa * t, t - kappa * d]]
+        })
+        .collect();
+    let chains = CurveBatch::from_slices(&[&points[..]]).unwrap().closed(true);
+    let simplify = |extremes| {
+        let simplify = Simplify { tolerance: 5e-4, extremes, ..Simplify::default() };
+        simplify.fit(&chains, &Device::cpu()).unwrap().control_points().points(0).to_vec()
+    };
+    let points = simplify(true);
+    assert_eq!(points.len(), 2 * 12, "four cubics");
+    for k in 0..4 {
+        let [x, y, to_x, to_y] = points[6 * k..6 * k + 4].try_into().unwrap();
+        assert!(x.abs().max(y.abs()) > 0.999, "a joint at an extreme");
+        assert!(x == to_x || y == to_y, "handles are level to the last bit: {x}, {y} to {to_x}, {to_y}");
+    }
+    assert!(simplify(false).chunks(6).any(|joint| joint[0].abs().max(joint[1].abs()) < 0.99));
+}

@@ -40,6 +40,30 @@ fn ring(document: &Value, feature: usize, path: &str) -> BTreeSet<String> {
 }
 
 #[test]
+fn mended_lines_of_very_uneven_points_do_not_overshoot() {
+    // Two zigzags that cross once they are smooth, with points as close as a thousandth.
+    let folder = TempDir::new().unwrap();
+    let mut rows = String::from("curve,x,y\n");
+    for (name, up) in [("low", 0.0), ("high", 3.0)] {
+        for k in 0..40 {
+            let (x, y) = (10.0 * f64::from(k), up + if k % 4 < 2 { 4.0 } else { -4.0 });
+            rows += &format!("{name},{x},{y}\n{name},{},{}\n", x + 1e-3, y + 2e-4);
+        }
+    }
+    fs::write(folder.path().join("in.csv"), rows).unwrap();
+    for within in [3.0, 5.0, 8.0] {
+        let map = format!("map in.csv -o out.csv --within {within} --device cpu --force");
+        run(&folder, &map).code(0).stderr(contains(" 0 left"));
+        let (given, written) =
+            (io::read(folder.path().join("in.csv")).unwrap(), io::read(folder.path().join("out.csv")).unwrap());
+        for i in 0..2 {
+            let far = ran::from_lines(&written, &given, i);
+            assert!(far <= within, "{far} of {within}, curve {i}");
+        }
+    }
+}
+
+#[test]
 fn maps_keep_their_borders_shared_and_everything_else() {
     let folder = map();
     let said = contains("2 borders that curves share stay shared, and 2 junctions stay in place: 3 curves were fitted");
