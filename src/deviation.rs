@@ -53,9 +53,9 @@ impl Deviation {
     #[must_use]
     pub fn less(self, other: Deviation) -> Option<Deviation> {
         match (self, other) {
-            (Deviation::Units(a), Deviation::Units(b)) => Some(Deviation::Units(a - b)),
-            (Deviation::OfSize(a), Deviation::OfSize(b)) => Some(Deviation::OfSize(a - b)),
-            (Deviation::Ground(a), Deviation::Ground(b)) => Some(Deviation::Ground(a - b)),
+            (Deviation::Units(a), Deviation::Units(b)) => Some(Deviation::Units(tidy(a - b))),
+            (Deviation::OfSize(a), Deviation::OfSize(b)) => Some(Deviation::OfSize(tidy(a - b))),
+            (Deviation::Ground(a), Deviation::Ground(b)) => Some(Deviation::Ground(tidy(a - b))),
             _ => None,
         }
     }
@@ -64,9 +64,9 @@ impl Deviation {
     #[must_use]
     pub fn times(self, factor: f64) -> Deviation {
         match self {
-            Deviation::Units(a) => Deviation::Units(factor * a),
-            Deviation::OfSize(a) => Deviation::OfSize(factor * a),
-            Deviation::Ground(a) => Deviation::Ground(factor * a),
+            Deviation::Units(a) => Deviation::Units(tidy(factor * a)),
+            Deviation::OfSize(a) => Deviation::OfSize(tidy(factor * a)),
+            Deviation::Ground(a) => Deviation::Ground(tidy(factor * a)),
         }
     }
 
@@ -97,6 +97,11 @@ impl Deviation {
             "the largest deviation allowed is {self}; it must be positive and finite: {remedy}"
         )))
     }
+}
+
+/// A distance that was computed, with 12 digits: 0.3 − 0.075 is 0.225.
+fn tidy(x: f64) -> f64 {
+    format!("{x:.11e}").parse().unwrap_or(x)
 }
 
 impl From<f64> for Deviation {

@@ -7,7 +7,7 @@ use clap::{Arg, ArgMatches, Args, Command};
 
 use super::fit::FitArgs;
 
-/// A job of people.
+/// A job, and the options of `fit` that it stands for.
 struct Job {
     name: &'static str,
     about: &'static str,

@@ -34,7 +34,7 @@ use std::path::{Path, PathBuf};
 
 use clap::error::{ContextKind, ContextValue};
 use clap::{Args, CommandFactory, Parser, Subcommand};
-use faircurve::io::{self, Closed, Columns, Flatness, Format, ReadOptions, Selection};
+use faircurve::io::{self, Closed, Columns, Flatness, Format, ReadOptions};
 use faircurve::picture::drawing::thousands;
 use faircurve::{CurveBatch, Error, Result};
 
@@ -106,12 +106,6 @@ struct InputArgs {
     /// Sorts the rows of each curve of a CSV file by their times
     #[arg(long, value_name = "t", value_parser = ["t"], help_heading = "Input")]
     sort: Option<String>,
-    /// Takes what has a value, such as name=Utah,Nevada; the rest stays as it is
-    ///
-    /// Of GeoJSON and TopoJSON the key is a property of features, or layer, an object of TopoJSON. Of
-    /// SVG it is an attribute, such as id or class, of an element or of a group around it.
-    #[arg(long = "where", value_name = "KEY=VALUE,...", help_heading = "Input")]
-    selected: Option<Selection>,
     /// Whether curves are closed
     ///
     /// auto closes those whose last point repeats their first.
@@ -131,7 +125,6 @@ impl InputArgs {
             columns: self.columns.clone().unwrap_or_default(),
             closed: self.closed,
             sorted: self.sort.is_some(),
-            selected: self.selected.clone(),
             flatness: Some(Flatness::OfSize(FLATNESS)),
             ..ReadOptions::default()
         }

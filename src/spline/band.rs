@@ -52,8 +52,8 @@ const TOGETHER: usize = 16;
 /// the least within 0.95 D.
 ///
 /// A closed curve, or an open one that comes back to its first point, is kept within 0.3 of its mean
-/// width 2 A/ℓ, if D is more, and its message says so. The parameter of the result is the batch's, or the arc length of the polygon. On spans with
-/// knots of their own it grows by the same step from knot to knot.
+/// width 2 A/ℓ, if D is more, and its message says so. The parameter of the result is the batch's,
+/// or the arc length of the polygon. On spans with knots of their own it grows by the same step from knot to knot.
 ///
 /// **On the ground.** [`Deviation::Ground`] is in metres, for longitudes and latitudes. Each curve is
 /// fitted with its longitudes times the cosine of its latitude nearest to the equator, so it is

@@ -135,7 +135,7 @@ impl Curves<'_> {
                 None => Ok(outer),
             });
             let viewport = if name == "svg" { Viewport::of(node, viewport) } else { viewport };
-            if !self.selection.is_none_or(|selection| is_selected(node, selection)) {
+            if self.selection.is_some_and(|selection| !is_selected(node, selection)) {
                 // It stays a part of the document.
             } else if name == "path" || shape::SHAPES.contains(&name) {
                 self.element(node, &affine, viewport)?;

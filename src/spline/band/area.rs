@@ -1,7 +1,5 @@
 //! [`Section`]: the area between a curve and a chord, which a pressure keeps.
 
-use std::f64::consts::PI;
-
 use crate::linalg::scalar::{Vector, add, dot, scale, subtract};
 use crate::spline::reinsch::Reinsch;
 
@@ -52,12 +50,7 @@ impl Section {
             own.allowed = AREA * own.wanted.abs().max(NARROW * length);
             own
         };
-        ends.into_iter().filter(|[from, to]| to - from > 1).map(section).collect()
-    }
-
-    /// Whether a pressure can move the area.
-    pub fn is_pressed(&self) -> bool {
-        self.to - self.from > FEWEST
+        ends.into_iter().filter(|[from, to]| to - from > FEWEST).map(section).collect()
     }
 
     /// Forgets the pressure.
@@ -68,15 +61,16 @@ impl Section {
     /// Adjusts the pressure by the last error, and writes the move of each value by it.
     pub fn push(&mut self, problem: &Reinsch<f64>, values: &[f64], push: &mut [f64]) {
         let (points, n) = (values.as_chunks::<2>().0, problem.count);
-        // The change of the area by the pressure, if knots moved by themselves.
-        let own = |k: usize| {
-            let normal = normal(points, k % n);
-            dot(normal, normal) * problem.inverse_weights[k % n]
+        let normal = |k: usize| {
+            let along = subtract(points[(k + 1) % n], points[(k + n - 1) % n]);
+            [0.5 * along[1], -0.5 * along[0]]
         };
+        // The change of the area by the pressure, if knots moved by themselves.
+        let own = |k: usize| dot(normal(k % n), normal(k % n)) * problem.inverse_weights[k % n];
         let change: f64 = (self.from..self.to).map(own).sum();
         self.pressure += if change > 0.0 { self.step * self.error / change } else { 0.0 };
         for k in (self.from..self.to).map(|k| k % n) {
-            let moved = scale(self.pressure * problem.inverse_weights[k], normal(points, k));
+            let moved = scale(self.pressure * problem.inverse_weights[k], normal(k));
             push[2 * k..2 * k + 2].copy_from_slice(&moved);
         }
     }
@@ -94,33 +88,6 @@ impl Section {
     /// By how much the area differed at the last measurement, as a part of it, if that is too much.
     pub fn excess(&self) -> Option<f64> {
         (self.error.abs() > self.allowed).then(|| self.error.abs() / self.wanted.abs())
-    }
-
-    /// Moves the knots inside by a bow along their normals that gives the area, if the curve follows
-    /// them evenly.
-    pub fn bow(&self, problem: &Reinsch<f64>, values: &mut [f64]) {
-        let n = problem.count;
-        let span = |k: usize| problem.spans[k % n];
-        let length: f64 = (self.from..self.to).map(span).sum();
-        let mut at = 0.0;
-        let weights: Vec<f64> = (self.from + 1..self.to)
-            .map(|k| {
-                at += span(k - 1);
-                (PI * at / length).sin()
-            })
-            .collect();
-        let moves: Vec<(usize, Vector<f64, 2>)> = (self.from + 1..self.to)
-            .zip(weights)
-            .map(|(k, weight)| (k % n, scale(weight, normal(values.as_chunks::<2>().0, k % n))))
-            .collect();
-        let across = |(k, by): &(usize, Vector<f64, 2>)| dot(*by, normal(values.as_chunks::<2>().0, *k));
-        let change: f64 = moves.iter().map(across).sum();
-        if change > 0.0 {
-            let points = values.as_chunks_mut::<2>().0;
-            for (k, by) in moves {
-                points[k] = add(points[k], scale(self.error / change, by));
-            }
-        }
     }
 
     /// Scales a closed curve about the middle of its knots to the area. Only its last measurement
@@ -153,13 +120,6 @@ impl Section {
         };
         self.area_of_polygon(values) + (self.from..self.to).map(beyond).sum::<f64>()
     }
-}
-
-/// The change of the area by a move of point k.
-fn normal(points: &[Vector<f64, 2>], k: usize) -> Vector<f64, 2> {
-    let n = points.len();
-    let along = subtract(points[(k + 1) % n], points[(k + n - 1) % n]);
-    [0.5 * along[1], -0.5 * along[0]]
 }
 
 /// The mean width 2 A/ℓ of a closed planar polygon.

@@ -27,9 +27,6 @@ const RELAXATION: f64 = 1.6;
 /// See [`widest`]. Of 144 random islands all keep their area with 0.1, and 143 with 0.3.
 const CLOSED: f64 = 0.3;
 
-/// Times that a section is bowed to its area.
-const BOWS: usize = 4;
-
 /// The distance in units of D that a corner may be from its vertex, as far as noise moves one.
 const CORNER: f64 = 0.5;
 
@@ -170,7 +167,6 @@ impl Least {
             }
         }
         self.scale_to_area();
-        self.bow_to_areas();
         self.found(iterations)
     }
 
@@ -192,33 +188,6 @@ impl Least {
         }
     }
 
-    /// Bows sections that have another area than they should, if the curve stays within the band.
-    fn bow_to_areas(&mut self) {
-        if self.whole().is_some() {
-            return;
-        }
-        for k in 0..self.sections.len() {
-            let mut section = self.sections[k];
-            if section.excess().is_none() {
-                continue;
-            }
-            let before = self.values.clone();
-            self.interpolate();
-            for _ in 0..BOWS {
-                if section.measure(&self.problem, &self.values) {
-                    break;
-                }
-                section.bow(&self.problem, &mut self.values);
-                self.interpolate();
-            }
-            if self.is_within() {
-                self.sections[k] = section;
-            } else {
-                self.values = before;
-            }
-        }
-    }
-
     /// The spline through the values.
     fn interpolate(&mut self) -> bool {
         self.problem.data.clone_from(&self.values);
@@ -237,14 +206,14 @@ impl Least {
         }
         self.sections.iter_mut().for_each(Section::restart);
         for iteration in 1..=ITERATIONS {
-            for section in self.sections.iter_mut().filter(|section| keep_area && section.is_pressed()) {
+            for section in self.sections.iter_mut().filter(|_| keep_area) {
                 section.push(&self.problem, &self.values, &mut self.push);
             }
             let moved = self.iterate(slack);
             let (problem, values) = (&self.problem, &self.values);
             let mut kept = true;
             for section in &mut self.sections {
-                kept &= section.measure(problem, values) || !section.is_pressed();
+                kept &= section.measure(problem, values);
             }
             let is_settled = iteration >= FEWEST && moved <= SETTLED && (!keep_area || kept);
             if is_settled && self.is_within() {
