@@ -69,7 +69,7 @@ pub struct FitArgs {
     ///
     /// T is a distance as --within takes it. With --within the curve is fitted within D − T, so that
     /// what is written is within D. T may then be auto: a quarter of D, or less, down to a 40th, for
-    /// curves that have no more samples for it than data points; with --as bezier a tenth of D.
+    /// curves that have no more than half as many samples for it as data points; with --as bezier a tenth of D.
     /// Coordinates are rounded to digits that T can do without. [default with --as bezier: 1e-6 of the
     /// data's size, and a cubic or more per span]
     #[arg(long, value_name = "auto|T", conflicts_with_all = ["samples", "spacing", "points", "every", "at"], allow_negative_numbers = true, help_heading = "Output")]

@@ -44,21 +44,22 @@ pub(super) fn sites(curve: &dyn AnyCurve, tolerance: f64, least: usize) -> Vec<(
 }
 
 /// The part of its tolerance to which a curve may become finer, if it has no more samples for it than
-/// data points.
+/// MANY per span. With 1 the world at 1:10m within 1 km becomes twice as large.
 const FINEST: f64 = 0.1;
+const MANY: f64 = 0.5;
 
 /// The part of its length that the tolerance of a closed curve is at most. A circle has ten samples
 /// then.
 const ROUND: f64 = 1.0 / 120.0;
 
-/// Sites within a tolerance, and within less if there are no more than data points.
+/// Sites within a tolerance, and within less if there are no more than half as many as spans.
 pub(super) fn sites_as_many(curve: &dyn AnyCurve, tolerance: f64, least: usize) -> Vec<(usize, f64)> {
     let chord = |span: usize| curve.jet(span, 0.0).point.distance(curve.jet(span, 1.0).point);
     let length: f64 = (0..curve.spans()).map(chord).sum();
     let is_ring = curve.is_closed() && length > 0.0;
     let tolerance = if is_ring { tolerance.min(ROUND * length) } else { tolerance };
     let coarse = sites(curve, tolerance, least);
-    let most = curve.spans() as f64;
+    let most = MANY * curve.spans() as f64;
     // The number of samples grows as the root of the inverse tolerance.
     let part = (coarse.len() as f64 / most).powi(2);
     if part >= 1.0 { coarse } else { sites(curve, tolerance * part.max(FINEST), least) }

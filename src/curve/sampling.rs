@@ -36,7 +36,7 @@ pub enum Sampling {
     /// Corners are samples, and so are the ends of open curves.
     Tolerance(f64),
     /// As [`Tolerance`](Self::Tolerance), and down to a tenth of it for as long as a curve has no more
-    /// samples than spans. A closed curve is within 1/120 of its length, so that small ones stay round.
+    /// samples than half its spans. A closed curve is within 1/120 of its length, so that small ones stay round.
     AsMany(f64),
 }
 
