@@ -82,8 +82,7 @@ pub fn commands() -> impl Iterator<Item = Command> {
     JOBS.iter().map(Job::command)
 }
 
-/// The arguments with those of `fit` in place of a job, which are printed with `-v`. `matches` are those
-/// of the whole command line.
+/// The arguments with a `fit` in place of the job, which `-v` prints. `matches` is the whole command line.
 pub fn expanded(arguments: Vec<OsString>, matches: &ArgMatches) -> Vec<OsString> {
     let Some((name, own)) = matches.subcommand() else { return arguments };
     let Some(job) = JOBS.iter().find(|job| job.name == name) else { return arguments };

@@ -53,7 +53,7 @@ fn a_job_is_short_for_a_fit_that_it_names() {
 }
 
 #[test]
-fn a_smoothed_map_is_within_its_distance_and_a_fifth_larger_at_most() {
+fn a_smoothed_map_is_within_its_distance_and_not_much_larger() {
     let folder = TempDir::new().unwrap();
     let map = data("world-110m.topojson");
     let words = said(&folder, &format!("map {map} -o out.topojson --within 50km --device cpu --report r.json"));
@@ -126,7 +126,7 @@ fn a_group_of_a_drawing_is_smoothed_alone() {
 }
 
 #[test]
-fn traced_noise_becomes_few_cubics_with_the_corners_of_the_shape() {
+fn traced_noise_becomes_few_cubics_with_the_shapes_corners() {
     // A square of 60 with noise of up to 0.4 every 0.7.
     let folder = TempDir::new().unwrap();
     let mut word = 7_u64;
