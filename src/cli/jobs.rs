@@ -115,7 +115,7 @@ impl Job {
         let help = argument.get_help().map(ToString::to_string).unwrap_or_default();
         let help = help.split(" [default:").next().unwrap_or_default().to_string();
         let help = preset.map_or(help.clone(), |(_, value)| format!("{help} [default: {value}]"));
-        // What clashes or is checked is told by `fit`.
+        // `fit` checks values and conflicts.
         let mut own = Arg::new(id.to_string())
             .help(help)
             .action(argument.get_action().clone())

@@ -228,7 +228,7 @@ impl<T: Real> Reinsch<T> {
 
     /// Solves with the factors, in place: `moments` or `step`.
     ///
-    /// For a closed curve without corners the factors are those of A + τeeᵀ, and the solution for A is x + κz, z =
+    /// For a closed curve without corners the matrix that was factored is A + τeeᵀ. The solution for A is x + κz, z =
     /// (A + τeeᵀ)⁻¹e. Second derivatives of a periodic spline integrate to 0: that is 1ᵀA = α·1ᵀR
     /// and 1ᵀQᵀ = 0, and it determines κ for every α, 0 included.
     fn solve_factored(&mut self, moments: bool) {

@@ -8,7 +8,7 @@
 //!
 //! A parabola explains the bend of a circle better, whatever its radius. Noise explains neither. All
 //! lengths are in units of D here. Of 10,890 corners of `benches/corners.py`, in shapes, glyphs, noise
-//! and staircases, 161 are missed, and 110 are invented, nearly all of glyphs and at noise of D/2.
+//! and staircases, 161 are missed, and 110 are invented. Most of both are in glyphs of 30 and 60 D.
 
 use std::array::from_fn;
 use std::f64::consts::TAU;
@@ -45,8 +45,9 @@ const STEP: f64 = 0.25;
 /// Corners are this part of a leg apart.
 const APART: f64 = 0.6;
 
-/// Arc lengths are those of the polygon averaged over this much on both sides. It is more, as often as
-/// this, where noise makes the polygon longer than its average by the factor.
+/// Arc lengths are measured on a moving average of the polygon with this half-width. Noise makes the
+/// polygon longer than its average. If it is LONGER times as long, the half-width grows by the quotient,
+/// at most ROUNDS times.
 const AVERAGED: f64 = 1.5;
 const ROUNDS: usize = 3;
 const LONGER: f64 = 2.5;
