@@ -173,6 +173,13 @@ mod tests {
     }
 
     #[test]
+    fn parts_of_a_distance_and_what_is_left_have_few_digits() {
+        let (within, tolerance) = (Deviation::Units(0.3), Deviation::Units(0.3).times(0.25));
+        assert_eq!(within.less(tolerance).unwrap().to_string(), "0.225");
+        assert_eq!(within.less(Deviation::OfSize(0.01)), None);
+    }
+
+    #[test]
     fn a_part_of_the_size_is_one_of_the_diagonal_of_each_curve() {
         let batch = CurveBatch::from_slices(&[&[[0.0, 0.0], [3.0, 4.0]][..], &[[5.0, 0.0], [5.0, 20.0]]]).unwrap();
         let of = |deviation: Deviation| [0, 1].map(|i| deviation.of(&batch, i));

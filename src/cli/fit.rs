@@ -100,18 +100,22 @@ pub fn run(args: &FitArgs) -> Result<bool> {
         Some(sampling) => sampling,
         None => sampling(args.method.samples, args.spacing)?,
     };
-    let (method, note_of_tolerance) = args.method()?;
+    let asked = args.asked_tolerance()?;
+    let (method, note_of_tolerance) = args.method(asked)?;
     args.check()?;
 
     let mut run = Run::start(&args.run, "curve", ["fitting", "fitted"]);
     let input = &args.curves.input;
     let by_default = input.options();
-    let flatness = args.units_of_tolerance().map(Flatness::Within).or(by_default.flatness);
+    let flatness = match asked {
+        Some(Deviation::Units(tolerance)) => Some(Flatness::Within(tolerance)),
+        _ => by_default.flatness,
+    };
     let (carried, selected) = (args.tracks.carried(), args.selected.clone());
     let options = ReadOptions { carried, flatness, selected, ..by_default };
     let batch = io::read_with(&input.input, &options)?;
     let batch = args.tracks.split(batch)?;
-    let tolerance = args.tolerance_for(&batch)?;
+    let tolerance = asked.map(|asked| tolerance_for(&batch, asked)).transpose()?.flatten();
     let sampling = tolerance.map_or(sampling, |tolerance| args.sampling_within((1.0 - ROUNDED) * tolerance));
     let tracks = args.tracks.samples(&batch, sampling)?;
     let mut units = args.method.distances(&batch, args.spacing)?;
@@ -270,14 +274,6 @@ impl FitArgs {
         }
     }
 
-    /// --tolerance in units of the input, if it is one.
-    fn units_of_tolerance(&self) -> Option<f64> {
-        match self.asked_tolerance() {
-            Ok(Some(Deviation::Units(tolerance))) => Some(tolerance),
-            _ => None,
-        }
-    }
-
     fn sampling_within(&self, tolerance: f64) -> Sampling {
         match self.tolerance {
             Some(Tolerance::Auto) => Sampling::AsMany(tolerance),
@@ -286,9 +282,9 @@ impl FitArgs {
     }
 
     /// The method asked for, and what is to be said of it.
-    fn method(&self) -> Result<(Method, Option<String>)> {
+    fn method(&self, tolerance: Option<Deviation>) -> Result<(Method, Option<String>)> {
         let (mut method, mut note) = (self.method.method(self.spacing)?, None);
-        if let Some(tolerance) = self.asked_tolerance()? {
+        if let Some(tolerance) = tolerance {
             positive("--tolerance", tolerance.number(), "it must be a positive distance, such as --tolerance 0.001")?;
             if let Method::Band(band) = &mut method {
                 let within = band.distance;
@@ -305,29 +301,28 @@ impl FitArgs {
         }
         Ok((method, note))
     }
+}
 
-    /// --tolerance in units of these curves.
-    fn tolerance_for(&self, batch: &CurveBatch) -> Result<Option<f64>> {
-        let Some(tolerance) = self.asked_tolerance()? else { return Ok(None) };
-        if matches!(tolerance, Deviation::Ground(_)) && !batch.is_geographic() {
-            return Err(Error::argument(format!(
-                "--tolerance {tolerance} is a length on the ground, and the points are not known to be longitudes and latitudes: \
-                 give a number in units of the input"
-            )));
-        }
-        // Curves that cannot be fitted come out as they came in, whatever the tolerance.
-        let fitted: Vec<usize> = (0..batch.len()).filter(|&i| batch.problem(i).is_none()).collect();
-        let each = fitted.iter().map(|&i| tolerance.of(batch, i)).filter(|tolerance| *tolerance > 0.0);
-        let Some(smallest) = each.reduce(f64::min) else { return Ok(None) };
-        let largest = fitted.iter().map(|&i| largest_coordinate(batch.points(i))).fold(0.0, f64::max);
-        let least = LEAST_TOLERANCE * largest;
-        if smallest < least {
-            return Err(Error::argument(format!(
-                "--tolerance is {tolerance}, but coordinates up to {largest} are rounded to about as much: give {least:.0e} or more"
-            )));
-        }
-        Ok(Some(smallest))
+/// A tolerance in units of these curves. `None` if no curve can be fitted.
+fn tolerance_for(batch: &CurveBatch, tolerance: Deviation) -> Result<Option<f64>> {
+    if matches!(tolerance, Deviation::Ground(_)) && !batch.is_geographic() {
+        return Err(Error::argument(format!(
+            "--tolerance {tolerance} is a length on the ground, and the points are not known to be longitudes and latitudes: \
+             give a number in units of the input"
+        )));
     }
+    // Curves that cannot be fitted come out as they came in, whatever the tolerance.
+    let fitted: Vec<usize> = (0..batch.len()).filter(|&i| batch.problem(i).is_none()).collect();
+    let each = fitted.iter().map(|&i| tolerance.of(batch, i)).filter(|tolerance| *tolerance > 0.0);
+    let Some(smallest) = each.reduce(f64::min) else { return Ok(None) };
+    let largest = fitted.iter().map(|&i| largest_coordinate(batch.points(i))).fold(0.0, f64::max);
+    let least = LEAST_TOLERANCE * largest;
+    if smallest < least {
+        return Err(Error::argument(format!(
+            "--tolerance is {tolerance}, but coordinates up to {largest} are rounded to about as much: give {least:.0e} or more"
+        )));
+    }
+    Ok(Some(smallest))
 }
 
 /// How curves become Béziers.

@@ -83,11 +83,18 @@ pub fn commands() -> impl Iterator<Item = Command> {
 }
 
 /// The arguments with a `fit` in place of the job, which `-v` prints. `matches` is the whole command line.
+/// A preset gives way to its option, and to options that exclude it.
 pub fn expanded(arguments: Vec<OsString>, matches: &ArgMatches) -> Vec<OsString> {
     let Some((name, own)) = matches.subcommand() else { return arguments };
     let Some(job) = JOBS.iter().find(|job| job.name == name) else { return arguments };
     let place = arguments.iter().skip(1).position(|argument| argument == name).map_or(1, |at| at + 1);
-    let presets = job.presets.iter().filter(|(option, _)| !is_given(own, option));
+    let fit = FitArgs::augment_args(Command::new(""));
+    let gives_way = |option: &str| {
+        let preset = fit.get_arguments().find(|argument| argument.get_id() == option);
+        let others = preset.into_iter().flat_map(|preset| fit.get_arg_conflicts_with(preset));
+        is_given(own, option) || others.into_iter().any(|other| is_given(own, other.get_id().as_str()))
+    };
+    let presets = job.presets.iter().filter(|(option, _)| !gives_way(option));
     let presets = presets.flat_map(|(option, value)| [format!("--{option}"), value.to_string()]);
     let mut expanded = arguments;
     expanded.splice(place..=place, ["fit".to_string()].into_iter().chain(presets).map(OsString::from));

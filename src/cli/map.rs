@@ -101,7 +101,12 @@ impl MapArgs {
         };
         if !wanted {
             return match self.given.of::<Self>().into_iter().find(|option| option != "--topology") {
-                None if batch.has_unselected() => Topology::apart(batch).map(Some),
+                None if batch.has_unselected() => match option {
+                    None => Topology::apart(batch).map(Some),
+                    Some(option) => {
+                        Err(Error::argument(format!("{option} is of each curve, and --where keeps some as they are")))
+                    }
+                },
                 None if batch.is_map() && option.is_none() => Topology::frame(batch),
                 None => Ok(None),
                 Some(option) => Err(Error::argument(format!(

@@ -89,12 +89,12 @@ impl Arcs {
 
     /// Keeps the arcs of the curves that were not selected, and those that are not to be fitted.
     pub fn keep(&mut self, fitted: Fitted, unselected: &[usize]) {
-        let is_kept = |(alone, &visits): (&bool, &u32)| match fitted {
+        let is_kept = |&visits: &u32| match fitted {
             Fitted::All => false,
             Fitted::Outer => visits > 1,
-            Fitted::Shared => visits < 2 && !alone,
+            Fitted::Shared => visits < 2,
         };
-        self.kept = self.alone.iter().zip(&self.visits).map(is_kept).collect();
+        self.kept = self.visits.iter().map(is_kept).collect();
         for way in unselected.iter().flat_map(|&i| &self.uses[i]) {
             self.kept[way.arc as usize] = true;
         }

@@ -145,7 +145,8 @@ fn sample_arc(topology: &Topology, curve: &dyn Curve, arc: usize, sampling: Samp
     let whole = spans == curve.spans() && topology.arcs.closed[arc] == curve.is_closed();
     let frame = topology.arcs.frame[arc] && !topology.arcs.closed[arc];
     let part = Part { curve, spans: first..first + spans, frame };
-    let sites = if whole && !frame { curve.sites(sampling) } else { part.sites(sampling) };
+    let own: &dyn Curve = if whole && !frame { curve } else { &part };
+    let sites = own.sites(sampling);
     let at = |&(span, u): &(usize, f64)| {
         let point = curve.jet(if whole { span } else { first + span }, u).point;
         if place.turn == 0 { point } else { DVec3 { x: point.x - TURN * f64::from(place.turn), ..point } }
@@ -153,12 +154,9 @@ fn sample_arc(topology: &Topology, curve: &dyn Curve, arc: usize, sampling: Samp
     let mut points: Vec<DVec3> = sites.iter().map(at).collect();
     if let Some(tolerance) = sampling.tolerance()
         && curve.dimension() == 2
-        && part.is_fitted()
+        && own.is_fitted()
     {
-        match whole {
-            true => keep_area(&curve, &sites, &mut points, tolerance),
-            false => keep_area(&&part, &sites, &mut points, tolerance),
-        }
+        keep_area(&own, &sites, &mut points, tolerance);
     }
     let mut t: Vec<f64> = sites.iter().map(|&(span, u)| span as f64 + u).collect();
     if place.reversed {

@@ -50,6 +50,8 @@ fn a_job_is_short_for_a_fit_that_it_names() {
     // What is given stands in place of a preset.
     let words = said(&folder, &format!("map {map} -o c.geojson --within 50km --corners 45deg --device cpu -v"));
     assert!(!words.contains("straight") && words.contains("--corners 45deg"), "{words}");
+    let words = said(&folder, &format!("map {map} -o d.geojson --within 50km --samples 4 --device cpu -v"));
+    assert!(!words.contains("--tolerance"), "{words}");
 }
 
 #[test]
@@ -110,6 +112,60 @@ fn what_is_not_selected_stays_bit_for_bit() {
         assert_eq!(a.points(1), given.points(1));
     }
     ran::refused(&folder, "map in.geojson -o n.geojson --within 1 --where name=c", "nothing with a shape has name=c");
+}
+
+#[test]
+fn a_layer_of_a_topology_is_smoothed_alone() {
+    let folder = TempDir::new().unwrap();
+    let zigzags = "[[0,0],[10,1],[20,-1],[30,1],[40,0]],[[0,50],[10,51],[20,49],[30,51],[40,50]]";
+    let line = |arc: usize| format!(r#"{{"type":"LineString","arcs":[{arc}]}}"#);
+    let topology = format!(r#"{{"type":"Topology","objects":{{"a":{},"b":{}}},"arcs":[{zigzags}]}}"#, line(0), line(1));
+    fs::write(folder.path().join("in.topojson"), topology).unwrap();
+    run(&folder, "map in.topojson -o out.topojson --within 2 --where layer=b --device cpu").code(0);
+    let (given, out) = (read(&folder, "in.topojson"), read(&folder, "out.topojson"));
+    assert_eq!(given.points(0), out.points(0));
+    assert_ne!(given.points(1), out.points(1));
+    let single = "fit in.topojson -o o.csv --within 2 --where layer=b --write curvature";
+    ran::refused(&folder, single, "--write is of each curve, and --where keeps some as they are");
+}
+
+#[test]
+fn rings_keep_their_area_in_the_few_points_that_are_written() {
+    // Circles of 2 to 20 distances, and a square of 20.
+    let folder = TempDir::new().unwrap();
+    let mut features = vec![r#"{"type":"Feature","properties":{},"geometry":{"type":"Polygon","coordinates":[[[0,0],[20,0],[20,20],[0,20],[0,0]]]}}"#.to_string()];
+    for (k, radius) in [2.0_f64, 5.0, 20.0].into_iter().enumerate() {
+        let at = |j: u32| {
+            let (sin, cos) = (f64::from(j % 100) * std::f64::consts::TAU / 100.0).sin_cos();
+            format!("[{},{}]", 100.0 * (k + 1) as f64 + radius * cos, radius * sin)
+        };
+        let ring: Vec<String> = (0..=100).map(at).collect();
+        let polygon = format!(r#"{{"type":"Polygon","coordinates":[[{}]]}}"#, ring.join(","));
+        features.push(format!(r#"{{"type":"Feature","properties":{{}},"geometry":{polygon}}}"#));
+    }
+    let map = format!(
+        r#"{{"type":"FeatureCollection","crs":{{"type":"name","properties":{{"name":"EPSG:3857"}}}},"features":[{}]}}"#,
+        features.join(",")
+    );
+    fs::write(folder.path().join("in.geojson"), map).unwrap();
+    for tolerance in ["auto", "0.25"] {
+        let map = format!("map in.geojson -o out.geojson --within 1 --tolerance {tolerance} --device cpu --force");
+        run(&folder, &map).code(0);
+        let (given, out) = (read(&folder, "in.geojson"), read(&folder, "out.geojson"));
+        for i in 0..given.len() {
+            let [before, after] = [&given, &out].map(|batch| ran::area(batch, i));
+            assert!((after / before - 1.0).abs() < 1e-3, "{tolerance}, ring {i}: {before} became {after}");
+            assert!(out.count(i) < 60 && ran::from_lines(&out, &given, i) < 1.0, "{tolerance}, ring {i}");
+        }
+    }
+}
+
+#[test]
+fn messages_name_features_as_people_do() {
+    let folder = TempDir::new().unwrap();
+    let gap = SQUARES.replacen("[20,10]", "[null,10]", 1);
+    fs::write(folder.path().join("in.geojson"), gap).unwrap();
+    run(&folder, "fit in.geojson -o out.geojson --device cpu").code(1).stderr(contains("curve 1 (b), point"));
 }
 
 #[test]

@@ -55,3 +55,13 @@ pub fn diagonal(batch: &CurveBatch, i: usize) -> f64 {
     };
     extent(0).hypot(extent(1))
 }
+
+/// The area of curve `i`, a planar ring.
+pub fn area(batch: &CurveBatch, i: usize) -> f64 {
+    let points: Vec<&[f64]> = batch.points(i).chunks_exact(batch.dimension()).collect();
+    let cross = |k: usize| {
+        let (a, b) = (points[k], points[(k + 1) % points.len()]);
+        a[0] * b[1] - a[1] * b[0]
+    };
+    0.5 * (0..points.len()).map(cross).sum::<f64>().abs()
+}

@@ -68,14 +68,6 @@ const ROUND: [f64; 2] = [0.03, 0.1];
 /// The samples of both legs.
 const ALL: usize = 2 * SAMPLES + 1;
 
-/// Σ u² and Σ (|u| − mean)² at the samples, whose roots are the units of b and c.
-static UNITS: LazyLock<[f64; 2]> = LazyLock::new(|| {
-    let u: [f64; ALL] = from_fn(|j| (j as f64 - SAMPLES as f64) / SAMPLES as f64);
-    let mean = u.iter().map(|u| u.abs()).sum::<f64>() / ALL as f64;
-    let square = dot(u, u);
-    [square, square - ALL as f64 * mean * mean]
-});
-
 /// Functions of u = s/L at the samples, orthonormal: 1, u, |u|, u², u² beside |u|, and u|u|.
 static BASIS: LazyLock<[[f64; ALL]; 6]> = LazyLock::new(|| {
     let at = |f: fn(f64) -> f64| from_fn(|j| f((j as f64 - SAMPLES as f64) / SAMPLES as f64));
@@ -95,7 +87,6 @@ fn apart(mut own: [f64; ALL], others: &[[f64; ALL]]) -> [f64; ALL] {
 }
 
 /// How two legs and a parabola explain a polygon around one of its points.
-#[derive(Clone, Copy)]
 struct Explained {
     /// The root of the difference of mean squares, negative if the parabola is nearer.
     gain: f64,
@@ -118,21 +109,16 @@ struct Polygon<'a, const D: usize> {
 pub(super) fn corners<const D: usize>(points: &[Vector<f64, D>], closed: bool) -> Vec<usize> {
     let polygon = Polygon::new(points, closed);
     let candidates = polygon.candidates();
-    if candidates.is_empty() || polygon.length() < polygon.least(LEGS[0]) {
-        return vec![];
-    }
-    let first: Vec<Explained> = candidates.iter().map(|&k| polygon.explained(polygon.s[k], LEGS[0])).collect();
-    let noises = polygon.noises(&candidates, &first);
     let mut round = vec![false; candidates.len()];
-    let mut found: Vec<usize> = vec![];
-    for (scale, (leg, least)) in LEGS.into_iter().zip(GAINS).enumerate() {
+    let (mut found, mut noises): (Vec<usize>, Vec<f64>) = (vec![], vec![]);
+    for (stage, (leg, least)) in LEGS.into_iter().zip(GAINS).enumerate() {
         if polygon.length() < polygon.least(leg) {
             break;
         }
-        let own: Vec<Explained> = match scale {
-            0 => first.clone(),
-            _ => candidates.iter().map(|&k| polygon.explained(polygon.s[k], leg)).collect(),
-        };
+        let own: Vec<Explained> = candidates.iter().map(|&k| polygon.explained(polygon.s[k], leg)).collect();
+        if stage == 0 {
+            noises = polygon.noises(&candidates, &own);
+        }
         let is_corner = |k: &usize| {
             let Explained { gain, ratio, turn, .. } = own[*k];
             gain > least * noises[*k] && ratio > RATIO && turn > TURN && !round[*k]
@@ -152,7 +138,7 @@ pub(super) fn corners<const D: usize>(points: &[Vector<f64, D>], closed: bool) -
         }
         for (k, round) in round.iter_mut().enumerate() {
             let noise = (noises[k] - LEAST) / (1.0 - LEAST);
-            let most = if scale == 0 { ROUND[0] + (ROUND[1] - ROUND[0]) * noise } else { 0.0 };
+            let most = if stage == 0 { ROUND[0] + (ROUND[1] - ROUND[0]) * noise } else { 0.0 };
             *round |= own[k].gain <= -most;
         }
     }
@@ -291,8 +277,8 @@ impl<'a, const D: usize> Polygon<'a, D> {
         let left = total - one - linear;
         let n = ALL as f64;
         let [legs, parabola] = [left - bent, left - square].map(|x| x.max(0.0) / n);
-        // b L and c L of the two legs.
-        let [b, c] = [0, 1].map(|k| scale(1.0 / UNITS[k].sqrt(), parts[k + 1]));
+        // b L and c L of the two legs: u and |u| grow by 1 from the middle to the end.
+        let [b, c] = [1, 2].map(|k| scale(BASIS[k][ALL - 1] - BASIS[k][SAMPLES], parts[k]));
         Explained {
             gain: ((bent - square).abs() / n).sqrt().copysign(bent - square),
             ratio: (parabola / (legs + 1e-4)).sqrt(),
