@@ -202,26 +202,30 @@ impl<'a> Reader<'a> {
 
     fn feature(&mut self, members: &Members<'a>) -> Result<()> {
         let first = self.rings.len();
-        let property = |key: &str| members.get("properties").and_then(|properties| property(properties, key));
-        if self.selection.is_some_and(|own| property(&own.key).is_some_and(|value| own.has(&value))) {
+        let properties: Option<Members> =
+            members.get("properties").and_then(|properties| serde_json::from_str(properties.get()).ok());
+        let property = |key: &str| properties.as_ref().and_then(|own| own.get(key));
+        // Numbers, true and false are selected as they are written.
+        let has =
+            |own: &Selection, value: &RawValue| own.has(value.get()) || name(value).is_some_and(|name| own.has(&name));
+        if self.selection.is_some_and(|own| property(&own.key).is_some_and(|value| has(own, value))) {
             self.selected.push(self.feature);
         }
-        self.titles.push((first, TITLES.iter().find_map(|key| property(key))));
-        self.features.push((first, property("curve").filter(|name| name != "true" && name != "false")));
+        self.titles.push((first, TITLES.iter().find_map(|key| property(key).and_then(name))));
+        self.features.push((first, property("curve").and_then(name)));
         if let Some(geometry) = members.get("geometry") {
             self.geometry(geometry, 0)?;
         }
         self.cut_bbox(members, first);
-        self.mark_feature(members, first);
+        self.mark_feature(members, properties, first);
         self.feature += 1;
         Ok(())
     }
 
     /// Notes where the status of a feature's curves belongs: before its properties, which may be
     /// missing.
-    fn mark_feature(&mut self, members: &Members<'a>, first: usize) {
+    fn mark_feature(&mut self, members: &Members<'a>, own: Option<Members<'a>>, first: usize) {
         let properties = members.get("properties");
-        let own: Option<Members> = properties.and_then(|own| serde_json::from_str(own.get()).ok());
         let name = if own.as_ref().is_some_and(|own| own.get("status").is_some()) { "status_" } else { "status" };
         match (properties, own) {
             (Some(object), Some(own)) => {
@@ -519,13 +523,11 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// The value of a property that is a text, a number or true or false.
-fn property(properties: &RawValue, key: &str) -> Option<String> {
-    let members: Members = serde_json::from_str(properties.get()).ok()?;
-    let value = members.get(key)?.get();
-    match value.as_bytes()[0] {
-        b'"' => serde_json::from_str(value).ok(),
-        b'-' | b'0'..=b'9' | b't' | b'f' => Some(value.to_string()),
+/// The value of a property that is a text or a number.
+fn name(value: &RawValue) -> Option<String> {
+    match value.get().as_bytes()[0] {
+        b'"' => serde_json::from_str(value.get()).ok(),
+        b'-' | b'0'..=b'9' => Some(value.get().to_string()),
         _ => None,
     }
 }
