@@ -140,6 +140,7 @@ fn read(format: Format, data: &[u8]) {
         sorted: first & 32 != 0,
         carried: if first & 64 != 0 { "all".parse().expect("a word") } else { Carried::default() },
         flatness: (first & 128 != 0).then_some(Flatness::OfSize(0.01)),
+        paths_only: false,
         selected: None,
     };
     match io::read_from(rest, &options) {

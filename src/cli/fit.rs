@@ -112,7 +112,8 @@ pub fn run(args: &FitArgs) -> Result<bool> {
         _ => by_default.flatness,
     };
     let (carried, selected) = (args.tracks.carried(), args.selected.clone());
-    let options = ReadOptions { carried, flatness, selected, ..by_default };
+    let paths_only = args.map.only_paths();
+    let options = ReadOptions { carried, flatness, paths_only, selected, ..by_default };
     let batch = io::read_with(&input.input, &options)?;
     let batch = args.tracks.split(batch)?;
     let tolerance = asked.map(|asked| tolerance_for(&batch, asked)).transpose()?.flatten();

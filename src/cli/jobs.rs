@@ -43,8 +43,15 @@ const JOBS: [Job; 5] = [
         name: "draw",
         about: "Smooth a drawing: traced noise becomes few smooth Béziers, with sharp corners",
         asks: "within",
-        options: &["tolerance", "corners", "extremes", "selected", "digits"],
-        presets: &[("method", "smoothing"), ("as", "bezier"), ("tolerance", "auto"), ("corners", "auto")],
+        options: &["tolerance", "corners", "extremes", "only", "selected", "digits"],
+        presets: &[
+            ("method", "smoothing"),
+            ("as", "bezier"),
+            ("tolerance", "auto"),
+            ("corners", "auto"),
+            ("only", "paths"),
+            ("topology", "yes"),
+        ],
         examples: "  faircurve draw logo.svg -o smooth.svg --within 0.5
   faircurve draw plan.svg -o smooth.svg --within 1 --where class=traced",
     },

@@ -21,8 +21,12 @@ enum Shared {
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 enum Only {
+    /// The borders that one polygon has alone
     Coast,
+    /// The borders between polygons
     Shared,
+    /// Of SVG all but rectangles, circles, ellipses and lines
+    Paths,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
@@ -57,9 +61,8 @@ pub struct MapArgs {
     /// Whether borders that curves share are found, fitted once and stay shared
     #[arg(long, value_enum, default_value_t = Shared::Auto, value_name = "WHEN", help_heading = "Maps")]
     topology: Shared,
-    /// What is fitted of a map: coast, the borders that one polygon has alone, or shared, those between
-    /// polygons; the rest stays as it is
-    #[arg(long, value_enum, value_name = "coast|shared", help_heading = "Maps")]
+    /// What is fitted; the rest stays as it is, bit for bit
+    #[arg(long, value_enum, value_name = "WHAT", help_heading = "Maps")]
     only: Option<Only>,
     /// Points within D of each other are one
     ///
@@ -100,7 +103,8 @@ impl MapArgs {
             Shared::No => false,
         };
         if !wanted {
-            return match self.given.of::<Self>().into_iter().find(|option| option != "--topology") {
+            let is_of_borders = |option: &String| option != "--topology" && (option != "--only" || !self.only_paths());
+            return match self.given.of::<Self>().into_iter().find(is_of_borders) {
                 None if batch.has_unselected() => match option {
                     None => Topology::apart(batch).map(Some),
                     Some(option) => {
@@ -127,7 +131,7 @@ impl MapArgs {
         let mut options = Options::of(batch);
         options.snap = self.snap.unwrap_or(options.snap);
         options.fitted = match self.only {
-            None => Fitted::All,
+            None | Some(Only::Paths) => Fitted::All,
             Some(Only::Coast) => Fitted::Outer,
             Some(Only::Shared) => Fitted::Shared,
         };
@@ -150,7 +154,12 @@ impl MapArgs {
 
     /// Whether a part of the map stays as it is, bit for bit.
     pub fn keeps_a_part(&self, batch: &CurveBatch) -> bool {
-        self.only.is_some() || batch.has_unselected()
+        matches!(self.only, Some(Only::Coast | Only::Shared)) || batch.has_unselected()
+    }
+
+    /// Whether the exact shapes of a drawing stay as they are.
+    pub fn only_paths(&self) -> bool {
+        self.only == Some(Only::Paths)
     }
 
     fn crossings(&self, batch: &CurveBatch) -> Crossings {
@@ -163,7 +172,7 @@ impl MapArgs {
         if self.topology == Shared::No {
             return (strokes, vec![]);
         }
-        let mut notes = vec![note(topology)];
+        let mut notes: Vec<String> = note(topology).into_iter().collect();
         match self.crossings(topology.curves()) {
             Crossings::Ignore => (strokes, notes),
             Crossings::Count => {
@@ -250,14 +259,17 @@ pub fn note_of(divided: &Divided) -> String {
     format!("{whole} through junctions had no fit as a whole: their {arcs} were fitted one by one")
 }
 
-/// What was found, in a line.
-fn note(topology: &Topology) -> String {
+/// What was found, in a line, if anything was.
+fn note(topology: &Topology) -> Option<String> {
+    if topology.shared_arcs() + topology.junctions() == 0 {
+        return None;
+    }
     let strokes = topology.strokes();
     let fitted = (0..strokes.len()).filter(|&i| strokes.problem(i).is_none()).count();
-    format!(
+    Some(format!(
         "{} that curves share stay shared, and {} stay in place: {} were fitted",
         count(topology.shared_arcs(), "border"),
         count(topology.junctions(), "junction"),
         count(fitted, "curve")
-    )
+    ))
 }

@@ -61,14 +61,26 @@ const EXTREME: f64 = 1e-6;
 /// The part of a tolerance that the first chain of [`fewest`] may take.
 const FIRST: f64 = 0.1;
 
-/// As few cubics as are within a tolerance of a curve, with joints at its extremes if so asked. A curve
-/// that was not fitted has one per edge.
+/// As few cubics as are within a tolerance of a curve, with joints at its extremes if so asked. Straight
+/// ones have constant speed. A curve that was not fitted has one per edge.
 pub(crate) fn fewest(curve: &dyn AnyCurve, tolerance: f64, extremes: bool) -> Vec<Piece> {
     let first = convert::beziers(curve, FIRST * tolerance);
     if !curve.is_fitted() {
         return first;
     }
-    Fewest { tolerance: (1.0 - FIRST) * tolerance, corners: CORNERS, extremes }.chain(first, curve.is_closed())
+    let fewest = Fewest { tolerance: (1.0 - FIRST) * tolerance, corners: CORNERS, extremes };
+    fewest.chain(first, curve.is_closed()).into_iter().map(evened).collect()
+}
+
+/// A piece that has constant speed if it is a line.
+fn evened(piece: Piece) -> Piece {
+    let [a, b, c, d] = piece;
+    let chord = d - a;
+    let is_between = |handle: DVec3| (0.0..=chord.length_squared()).contains(&(handle - a).dot(chord));
+    if !(is_straight(&piece) && is_between(b) && is_between(c)) {
+        return piece;
+    }
+    [a, a + chord * (1.0 / 3.0), a + chord * (2.0 / 3.0), d]
 }
 
 /// Pieces that are divided where x or y is extreme, and the joints there.

@@ -179,6 +179,9 @@ pub struct ReadOptions {
     /// By default curved segments have their ends alone, and arcs are divided into quarters of a
     /// turn.
     pub flatness: Option<Flatness>,
+    /// SVG: whether only `path`, `polyline` and `polygon` are read. `rect`, `circle`, `ellipse` and
+    /// `line` then stay as they are. False by default.
+    pub paths_only: bool,
     /// GeoJSON, TopoJSON and SVG: what is selected. The rest stays as it is, bit for bit. By default
     /// all is selected.
     pub selected: Option<Selection>,

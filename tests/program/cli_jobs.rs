@@ -241,3 +241,29 @@ fn few_samples_stay_within_their_tolerance_of_every_method() {
         assert!(few.count(0) < fine.count(0) / 8, "{method}: {} of {}", few.count(0), fine.count(0));
     }
 }
+
+#[test]
+fn exact_shapes_and_joined_strokes_of_a_drawing_stay() {
+    let folder = TempDir::new().unwrap();
+    let exact = "<circle cx='20' cy='20' r='5'/><rect x='70' y='70' width='10' height='12'/>";
+    let long = "M10,50 L20,52 30,55 40,53 50,50 60,47 70,45 80,48 90,50";
+    let svg = format!(
+        "<svg><path id='long' d='{long}'/><path id='joined' d='M35,54 L33,40 36,30 35,10'/>\
+         <path id='side' d='M0,0 L99,0 99,9'/>{exact}</svg>"
+    );
+    fs::write(folder.path().join("in.svg"), &svg).unwrap();
+    let words = said(&folder, "draw in.svg -o out.svg --within 2 --device cpu");
+    assert!(words.contains("1 <circle>, 1 <rect> left as they are"), "{words}");
+    let out = text(&folder, "out.svg");
+    assert!(out.contains(exact), "{out}");
+    // A side is a line, and no cubic.
+    assert!(out.contains("'M0,0l99 0"), "{out}");
+    // The long stroke has a joint where another one starts, as without rounding.
+    run(&folder, "draw in.svg -o out.csv --within 2 --device cpu").code(0);
+    let chains = read(&folder, "out.csv");
+    assert!(chains.points(0).chunks(2).any(|point| *point == chains.points(1)[..2]), "{chains:?}");
+    run(&folder, "fit in.svg -o all.svg --method smoothing --within 2 --device cpu").code(0);
+    assert!(!text(&folder, "all.svg").contains("<circle"));
+    run(&folder, "fit in.svg -o paths.svg --method smoothing --within 2 --only paths --device cpu").code(0);
+    assert!(text(&folder, "paths.svg").contains(exact));
+}

@@ -48,9 +48,11 @@ pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<
         text: &text,
         controls: options.controls,
         flatness: options.flatness,
+        paths_only: options.paths_only,
         selection: options.selected.as_ref(),
         drawing: Drawing::default(),
         passed_over: BTreeMap::new(),
+        exact: BTreeMap::new(),
         hidden: Vec::new(),
         in_entity: Vec::new(),
         problems: Vec::new(),
@@ -65,9 +67,12 @@ pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<
     sort::by(&mut drawing.edits, |a, b| a.0.start.cmp(&b.0.start));
     drawing.curves = curves.closed.len();
     drawing.text = text.clone();
-    let passed_over: Vec<String> = curves.passed_over.iter().map(|(name, count)| format!("{count} {name}")).collect();
-    let passed_over = (!passed_over.is_empty())
-        .then(|| format!("{} passed over: only elements with a shape are read", listed(passed_over)));
+    let counted = |elements: &BTreeMap<&str, usize>, what: &str| {
+        let each = elements.iter().map(|(name, count)| format!("{count} {name}"));
+        (!elements.is_empty()).then(|| format!("{} {what}", listed(each)))
+    };
+    let passed_over = counted(&curves.passed_over, "passed over: only elements with a shape are read");
+    let exact = counted(&curves.exact, "left as they are, since their shapes are exact");
     let left = |labels: Vec<String>, why: &str| {
         (!labels.is_empty()).then(|| format!("{why}, and left as it is: {}", listed(labels)))
     };
@@ -76,7 +81,7 @@ pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<
     let origin = Origin {
         names: Some(names),
         document: Some(Arc::new(drawing)),
-        notes: [passed_over, hidden, in_entity].into_iter().flatten().collect(),
+        notes: [passed_over, exact, hidden, in_entity].into_iter().flatten().collect(),
         ..source.origin()
     };
     let mut batch = CurveBatch::from_file(2, curves.coords, curves.offsets, Arc::new(origin))?;
@@ -102,11 +107,15 @@ struct Curves<'a> {
     controls: bool,
     /// How near chords between vertices are to the path.
     flatness: Option<Flatness>,
+    /// Whether exact shapes stay as they are.
+    paths_only: bool,
     selection: Option<&'a Selection>,
     /// The document, and where its paths are found in its text.
     drawing: Drawing,
     /// Elements that are seen in the drawing and have no curves here.
     passed_over: BTreeMap<&'static str, usize>,
+    /// Exact shapes that stay as they are.
+    exact: BTreeMap<&'static str, usize>,
     /// Names of the elements that a transform hides.
     hidden: Vec<String>,
     /// Names of the elements whose text is not found in the document.
@@ -137,11 +146,11 @@ impl Curves<'_> {
             let viewport = if name == "svg" { Viewport::of(node, viewport) } else { viewport };
             if self.selection.is_some_and(|selection| !is_selected(node, selection)) {
                 // It stays a part of the document.
+            } else if let Some(name) = element_of(&shape::EXACT, name).filter(|_| self.paths_only) {
+                *self.exact.entry(name).or_default() += 1;
             } else if name == "path" || shape::SHAPES.contains(&name) {
                 self.element(node, &affine, viewport)?;
-            } else if let Some(name) =
-                ["<text>", "<image>", "<use>"].into_iter().find(|other| other[1..other.len() - 1] == *name)
-            {
+            } else if let Some(name) = element_of(&["<text>", "<image>", "<use>"], name) {
                 *self.passed_over.entry(name).or_default() += 1;
             }
             let children = node.children().rev().filter(Node::is_element);
@@ -260,6 +269,11 @@ impl Curves<'_> {
         let line = u64::from(node.document().text_pos_at(node.range().start).row);
         self.source.error(line, format!("{}: {what}", label(node))).to_string()
     }
+}
+
+/// The element of this name, if it is one of these.
+fn element_of(elements: &[&'static str], name: &str) -> Option<&'static str> {
+    elements.iter().copied().find(|element| element[1..element.len() - 1] == *name)
 }
 
 /// An element for a sentence: `<path> "leaf"`.
