@@ -3,7 +3,7 @@
     python benches/peers/maps.py MAP.topojson 1km [--program PATH] [--mapshaper PATH] [--geolibre PATH]
     python benches/peers/maps.py raster 100m
 
-shapely judges in a metric of its own for each polygon: kilometres east and north of its middle. Distances are Hausdorff distances of
+shapely judges in a local metric for each polygon: kilometres east and north of its middle. Distances are Hausdorff distances of
 rings, both ways, a hundredth of D too small at most. Features with other numbers of polygons are not judged. Overlaps are pairs of
 features, gaps are holes of all features together; those smaller than a square of D/100 are not counted. Sizes are those of TopoJSON where
 a peer writes it, else of GeoJSON with as many digits for both, as shares of the input's; points are counted in GeoJSON. Every peer takes
@@ -197,7 +197,7 @@ def by_geolibre(before: dict, length: float, folder: pathlib.Path, runtime: str 
     start = time.perf_counter()
     done = geolibre_wasm.run_tool(
         "smooth_shared_edges",
-        args=["--input=/work/in.geojson", "--output=/work/out.geojson", "--algorithm=paek", f"--tolerance={length}"],
+        args=["--input=work/in.geojson", "--output=work/out.geojson", "--algorithm=paek", f"--tolerance={length}"],
         input={"in.geojson": folder / "rows.geojson"},
         wasm_path=runtime,
     )

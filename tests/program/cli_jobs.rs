@@ -245,7 +245,8 @@ fn few_samples_stay_within_their_tolerance_of_every_method() {
 #[test]
 fn exact_shapes_and_joined_strokes_of_a_drawing_stay() {
     let folder = TempDir::new().unwrap();
-    let exact = "<circle cx='20' cy='20' r='5'/><rect x='70' y='70' width='10' height='12'/>";
+    let exact = "<circle cx='20' cy='20' r='5'/><rect x='70' y='70' width='10' height='12'/>\
+                 <ellipse cx='50' cy='90' rx='5' ry='3'/><line x1='2' y1='90' x2='9' y2='95'/>";
     let long = "M10,50 L20,52 30,55 40,53 50,50 60,47 70,45 80,48 90,50";
     let svg = format!(
         "<svg><path id='long' d='{long}'/><path id='joined' d='M35,54 L33,40 36,30 35,10'/>\
@@ -253,7 +254,7 @@ fn exact_shapes_and_joined_strokes_of_a_drawing_stay() {
     );
     fs::write(folder.path().join("in.svg"), &svg).unwrap();
     let words = said(&folder, "draw in.svg -o out.svg --within 2 --device cpu");
-    assert!(words.contains("1 <circle>, 1 <rect> left as they are"), "{words}");
+    assert!(words.contains("1 <circle>, 1 <ellipse>, 1 <line>, 1 <rect> left as they are"), "{words}");
     let out = text(&folder, "out.svg");
     assert!(out.contains(exact), "{out}");
     // A side is a line, and no cubic.

@@ -68,7 +68,7 @@ pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<
     drawing.curves = curves.closed.len();
     drawing.text = text.clone();
     let counted = |elements: &BTreeMap<&str, usize>, what: &str| {
-        let each = elements.iter().map(|(name, count)| format!("{count} {name}"));
+        let each = elements.iter().map(|(name, count)| format!("{count} <{name}>"));
         (!elements.is_empty()).then(|| format!("{} {what}", listed(each)))
     };
     let passed_over = counted(&curves.passed_over, "passed over: only elements with a shape are read");
@@ -146,11 +146,11 @@ impl Curves<'_> {
             let viewport = if name == "svg" { Viewport::of(node, viewport) } else { viewport };
             if self.selection.is_some_and(|selection| !is_selected(node, selection)) {
                 // It stays a part of the document.
-            } else if let Some(name) = element_of(&shape::EXACT, name).filter(|_| self.paths_only) {
+            } else if let Some(name) = one_of(&shape::EXACT, name).filter(|_| self.paths_only) {
                 *self.exact.entry(name).or_default() += 1;
             } else if name == "path" || shape::SHAPES.contains(&name) {
                 self.element(node, &affine, viewport)?;
-            } else if let Some(name) = element_of(&["<text>", "<image>", "<use>"], name) {
+            } else if let Some(name) = one_of(&["text", "image", "use"], name) {
                 *self.passed_over.entry(name).or_default() += 1;
             }
             let children = node.children().rev().filter(Node::is_element);
@@ -271,9 +271,9 @@ impl Curves<'_> {
     }
 }
 
-/// The element of this name, if it is one of these.
-fn element_of(elements: &[&'static str], name: &str) -> Option<&'static str> {
-    elements.iter().copied().find(|element| element[1..element.len() - 1] == *name)
+/// The name as the list has it.
+fn one_of(names: &[&'static str], name: &str) -> Option<&'static str> {
+    names.iter().copied().find(|own| *own == name)
 }
 
 /// An element for a sentence: `<path> "leaf"`.

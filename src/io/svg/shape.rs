@@ -10,8 +10,8 @@ use super::path::{self, Segment};
 /// The elements that draw a path, and have none.
 pub(super) const SHAPES: [&str; 6] = ["polyline", "polygon", "line", "rect", "circle", "ellipse"];
 
-/// Those of them whose shape is exact, and their names in sentences.
-pub(super) const EXACT: [&str; 4] = ["<line>", "<rect>", "<circle>", "<ellipse>"];
+/// The elements among them whose shape is exact.
+pub(super) const EXACT: [&str; 4] = ["line", "rect", "circle", "ellipse"];
 
 /// The path of an element, or what is wrong with it. A size of 0 draws nothing.
 pub(super) fn path(node: Node, viewport: Viewport) -> Result<Vec<Segment>, String> {
