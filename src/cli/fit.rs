@@ -251,8 +251,7 @@ impl FitArgs {
                 let sizes = rings.map(|i| Deviation::OfSize(1.0).of(batch, i));
                 let sizes = sizes.filter(|size| *size >= LARGE * tolerance).map(|size| ROUNDED_RING * size);
                 let unit = sizes.fold(SQRT_2 * ROUNDED * tolerance, f64::min);
-                let enough = (-unit.log10()).ceil().clamp(0.0, MOST_DIGITS) as u8;
-                Some(io::decimals_of(batch).map_or(enough, |given| given.min(enough)))
+                Some((-unit.log10()).ceil().clamp(0.0, MOST_DIGITS) as u8)
             }
             _ => self.curves.decimals(batch),
         }

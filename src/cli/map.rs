@@ -211,25 +211,31 @@ fn notes_of_mended(
     share: f64,
     digits: Option<u8>,
 ) -> impl Iterator<Item = String> {
-    let Mended { before, left, left_out, lost, decimals, tightened, kept, misplaced, .. } = mended;
+    let Mended { before, left, left_out, lost, decimals, tightened, kept, misplaced, astray } = mended;
     let why = if decimals.is_some() { "in the data or once rounded" } else { "which the data have" };
     let which = if left.is_empty() { String::new() } else { format!(", {why}: {}", named(topology, left)) };
     let (crossings, spans, left) = (count(*before, "crossing"), count(*tightened, "span"), thousands(left.len()));
+    let has = |n: usize, one: &'static str, more: &'static str| if n == 1 { one } else { more };
+    let mended_sides = misplaced.saturating_sub(astray.len());
     let [left_out_points, kept_rings, misplaced_rings] =
-        [(left_out, "point"), (kept, "ring"), (misplaced, "ring")].map(|(n, what)| count(*n, what));
-    let lost = lost.first().map(|&first| {
-        let have = if lost.len() == 1 { "has" } else { "have" };
-        let (rings, first) = (count(lost.len(), "ring"), topology.curves().label(first));
-        format!("{rings} {have} less than {share} of their area, such as {first}")
-    });
+        [(*left_out, "point"), (*kept, "ring"), (mended_sides, "ring")].map(|(n, what)| count(n, what));
+    let rings = |of: &[usize], what: String| {
+        let first = topology.curves().label(*of.first()?);
+        Some(format!("{} {what}, such as {first}", count(of.len(), "ring")))
+    };
+    let lost = rings(lost, format!("{} less than {share} of their area", has(lost.len(), "has", "have")));
+    let astray = rings(astray, format!("{} on the other side of others", has(astray.len(), "lies", "lie")));
     let rounded = digits.zip(*decimals);
     let notes = [
         Some(format!("{crossings}: {spans} were drawn tighter, {left} left{which}")),
         (*kept > 0).then(|| format!("{kept_rings} would have had less than {share} of their area, and keep more")),
-        (*misplaced > 0)
+        (mended_sides > 0)
             .then(|| format!("{misplaced_rings} would have come to lie on the other side of others, and do not")),
-        (*left_out > 0).then(|| format!("{left_out_points} were left out where rounding folds a border")),
+        (*left_out > 0).then(|| {
+            format!("{left_out_points} {} left out where rounding folds a border", has(*left_out, "was", "were"))
+        }),
         lost,
+        astray,
         rounded.map(|(digits, more)| format!("{digits} decimals do not keep apart what is left: --digits {more} does")),
     ];
     notes.into_iter().flatten()

@@ -26,6 +26,9 @@ const STRAIGHT: f64 = 0.02;
 /// Directions that differ by more than this (radians) make a corner.
 const CORNER: f64 = 0.02;
 
+/// Places of each piece where samples that have moved are compared with the curve.
+const BETWEEN: usize = 4;
+
 /// A place of a curve.
 struct Place {
     span: usize,
@@ -158,8 +161,8 @@ pub(super) fn is_corner(curve: &dyn AnyCurve, span: usize) -> bool {
     a.dot(b) < CORNER.cos() && a != DVec3::ZERO && b != DVec3::ZERO
 }
 
-/// Moves samples of a planar curve to its sides, by at most the tolerance, so that the polyline
-/// encloses the area that the curve does. Corners and the ends of open curves stay.
+/// Moves samples of a planar curve to its sides, so that the polyline encloses the area that the curve
+/// does, as far as both stay within the tolerance. Corners and the ends of open curves stay.
 pub(crate) fn keep_area(curve: &dyn AnyCurve, sites: &[(usize, f64)], points: &mut [DVec3], tolerance: f64) {
     let (n, closed) = (sites.len(), curve.is_closed());
     if n < 3 {
@@ -168,6 +171,12 @@ pub(crate) fn keep_area(curve: &dyn AnyCurve, sites: &[(usize, f64)], points: &m
     let segments = if closed { n } else { n - 1 };
     let end = |k: usize| if k + 1 < n { sites[k + 1] } else { (curve.spans() - 1, 1.0) };
     let gaps: Vec<f64> = (0..segments).map(|k| area_between(curve, sites[k], end(k))).collect();
+    let offsets: Vec<Vec<(f64, DVec2)>> = (0..segments).map(|k| offsets(curve, sites[k], end(k))).collect();
+    // Whether the curve is near a segment whose ends have moved.
+    let is_near = |k: usize, moves: &[DVec2]| {
+        let [a, b] = [moves[k], moves[(k + 1) % n]];
+        offsets[k].iter().all(|&(s, offset)| (offset - a.lerp(b, s)).length_squared() <= tolerance * tolerance)
+    };
     let stays = |k: usize| !closed && (k == 0 || k + 1 == n) || sites[k].1 == 0.0 && curve.is_fixed(sites[k].0);
     let is_fixed: Vec<bool> = (0..n).map(stays).collect();
     let free: Vec<usize> = (0..n).filter(|&k| !is_fixed[k]).collect();
@@ -185,6 +194,7 @@ pub(crate) fn keep_area(curve: &dyn AnyCurve, sites: &[(usize, f64)], points: &m
     let wanted = enclosed(&moves) + gaps.iter().sum::<f64>();
     for round in 0..=ROUNDS {
         let missing = wanted - enclosed(&moves);
+        let before = moves.clone();
         for &k in &free {
             let across = across(k);
             // At first each sample makes up for its own segments. Then all make up evenly for what is
@@ -196,6 +206,18 @@ pub(crate) fn keep_area(curve: &dyn AnyCurve, sites: &[(usize, f64)], points: &m
             if across != DVec2::ZERO {
                 let moved = moves[k] + DVec2::new(across.y, -across.x) * (area / across.length_squared());
                 moves[k] = moved.clamp_length_max(tolerance);
+            }
+        }
+        // Ends of segments that have left the curve go half of the way back, and at last all of it.
+        for trial in 0.. {
+            let ends = |k: usize| [k, (k + 1) % n];
+            let is_far = |&k: &usize| ends(k).iter().any(|&end| moves[end] != before[end]) && !is_near(k, &moves);
+            let far: Vec<usize> = (0..segments).filter(is_far).collect();
+            if far.is_empty() {
+                break;
+            }
+            for end in far.into_iter().flat_map(ends) {
+                moves[end] = if trial < TRIALS { 0.5 * (before[end] + moves[end]) } else { before[end] };
             }
         }
     }
@@ -226,4 +248,22 @@ fn area_between(curve: &dyn AnyCurve, from: (usize, f64), to: (usize, f64)) -> f
         }
     }
     area
+}
+
+/// The offsets of a curve from its chord from one site to another, each with the fraction of the chord.
+fn offsets(curve: &dyn AnyCurve, from: (usize, f64), to: (usize, f64)) -> Vec<(f64, DVec2)> {
+    let [start, end] = [from, to].map(|(span, u)| curve.jet(span, u).point.truncate());
+    let chord = end - start;
+    let mut offsets = Vec::new();
+    for span in from.0..=to.0 {
+        let (first, last) = (if span == from.0 { from.1 } else { 0.0 }, if span == to.0 { to.1 } else { 1.0 });
+        let steps = BETWEEN * curve.pieces(span);
+        for step in 1..=steps {
+            let u = first + (last - first) * (step as f64 / steps as f64);
+            let own = curve.jet(span, u).point.truncate() - start;
+            let s = (own.dot(chord) / chord.length_squared()).clamp(0.0, 1.0);
+            offsets.push((s, own - chord * s));
+        }
+    }
+    offsets
 }

@@ -14,14 +14,14 @@ pub enum Antimeridian {
     /// They stay as they are: a curve goes on past ±180.
     #[default]
     Keep,
-    /// GeoJSON: curves are cut at ±180, and lines and polygons become several. CSV and NPZ: whole
-    /// turns are taken off. SVG and TopoJSON: they stay.
+    /// GeoJSON and TopoJSON: curves are cut at ±180, and lines and polygons become several. CSV and
+    /// NPZ: whole turns are taken off. SVG: they stay.
     Cut,
 }
 
 words!(Antimeridian, "way at the antimeridian": [
     (Keep, "keep", "Curves run on past ±180"),
-    (Cut, "cut", "Curves are cut there in GeoJSON, as RFC 7946 asks; in CSV and NPZ they go on at the other side"),
+    (Cut, "cut", "Curves are cut there in GeoJSON, as RFC 7946 asks, and in TopoJSON; in CSV and NPZ they go on at the other side"),
 ]);
 
 /// Half a turn of longitude, and a whole one.

@@ -42,6 +42,8 @@ pub struct Mended {
     pub kept: usize,
     /// Number of curves that were on the wrong side of others.
     pub misplaced: usize,
+    /// The curves that still are, because of rounding.
+    pub astray: Vec<usize>,
 }
 
 impl Sampled {
@@ -114,13 +116,15 @@ impl Topology {
         mended.tightened = levels.tightened();
         mended.left = self.named(samples, crossing);
         mended.lost = shrunken;
-        let left = mended.left.len() + mended.lost.len();
+        mended.astray = nesting.curves(&misplaced);
+        let left = mended.left.len() + mended.lost.len() + mended.astray.len();
         if let (Some(decimals), true) = (written.1, left > 0) {
             let all: Vec<u32> = (0..self.strokes().len() as u32).collect();
             let mut left_with = |decimals: Option<u8>| {
                 samples::sample_again(self, &levels, &all, (written.0, decimals), samples);
                 let crossing = self.named(samples, self.places(samples, |_| true));
-                crossing.len() + rings.iter().filter(|&&i| self.is_shrunken(i, samples, keep_area)).count()
+                let shrunken = rings.iter().filter(|&&i| self.is_shrunken(i, samples, keep_area)).count();
+                crossing.len() + shrunken + nesting.curves(&nesting.misplaced(samples)).len()
             };
             let of_data = left_with(None);
             if left > of_data {
@@ -156,20 +160,22 @@ impl Topology {
             let range = place.first as usize..place.first as usize + spans;
             changed.extend(levels.bring_back(place.stroke, range).then_some(place.stroke));
         }
+        // On the way from the data to the samples, each point of a segment stays in the box of both.
         for way in &self.arcs.uses[misplaced.ring as usize] {
             let arc = way.arc as usize;
-            let (place, spans) = (self.strokes.places[arc], self.arcs.spans(arc));
-            let mut sample = 0;
-            for span in 0..spans {
-                let from = sample;
-                while sample < samples[arc].t.len() && samples[arc].t[sample] < (span + 1) as f64 {
-                    sample += 1;
-                }
-                let fitted = samples[arc].points[from..sample].iter().map(|point| point.truncate());
-                let (low, high) = boxed(&mut fitted.chain([data(arc, span), data(arc, span + 1)]));
+            let (place, spans, of_arc) = (self.strokes.places[arc], self.arcs.spans(arc), &samples[arc]);
+            let along = |span: usize| place.first as usize + if place.reversed { spans - span } else { span };
+            let n = of_arc.points.len();
+            for k in 0..n - usize::from(!self.arcs.closed[arc]) {
+                let to = of_arc.t.get(k + 1).map_or(spans, |t| t.ceil() as usize);
+                let segment = of_arc.t[k] as usize..to.min(spans);
+                let fitted = [k, (k + 1) % n].map(|k| of_arc.points[k].truncate());
+                let given = (segment.start..=segment.end).map(|k| data(arc, k));
+                let (low, high) = boxed(&mut given.chain(fitted));
                 if low.cmple(part.1).all() && part.0.cmple(high).all() {
-                    let along = place.first as usize + if place.reversed { spans - 1 - span } else { span };
-                    changed.extend(levels.bring_back(place.stroke, along..along + 1).then_some(place.stroke));
+                    let ends = [along(segment.start), along(segment.end)];
+                    let range = ends[0].min(ends[1])..ends[0].max(ends[1]);
+                    changed.extend(levels.bring_back(place.stroke, range).then_some(place.stroke));
                 }
             }
         }

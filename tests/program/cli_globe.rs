@@ -237,6 +237,32 @@ fn a_curve_in_a_surface_has_one_length() {
 }
 
 #[test]
+fn topologies_are_cut_at_180_as_geojson_is() {
+    let folder = folder("");
+    // Two neighbours across 180, with a common border.
+    let north: Ring = vec![[175.0, 0.0], [-175.0, 2.0], [-174.0, 9.0], [176.0, 8.0], [175.0, 0.0]];
+    let south: Ring = vec![[175.0, 0.0], [178.0, -7.0], [-173.0, -6.0], [-175.0, 2.0], [175.0, 0.0]];
+    let point: Ring = vec![[1.0, 1.0]; 4];
+    fs::write(folder.path().join("in.geojson"), polygons(&[&north, &south, &point])).unwrap();
+    for (keep, kind) in [("", "MultiPolygon"), ("--antimeridian keep", "Polygon")] {
+        let fit = |options: &str| run(&folder, &format!("fit {options} --device cpu --force {keep}"));
+        fit("in.geojson -o out.geojson --samples 5").code(0);
+        fit("in.geojson -o out.topojson --samples 5 --digits 12 --strict").code(1);
+        fit("out.topojson -o again.geojson --samples 1").code(0);
+        let (out, again) = (read(&folder, "out.geojson"), read(&folder, "again.geojson"));
+        for k in 0..2 {
+            let [geometry, same] = [&out, &again].map(|document| &document["features"][k]["geometry"]);
+            assert_eq!((geometry["type"].as_str(), &same["type"]), (Some(kind), &geometry["type"]));
+            let [given, drawn] = [geometry, same].map(|geometry| rings(&geometry["coordinates"]));
+            let close = |(a, b): (&Ring, &Ring)| (area(a) - area(b)).abs() < 1e-9 && a.len() == b.len();
+            assert!(given.len() == drawn.len() && given.iter().zip(&drawn).all(close), "{given:?} {drawn:?}");
+        }
+        let statuses = [1, 2].map(|k| again["features"][k]["properties"]["status"].clone());
+        assert_eq!(statuses, ["converged", "degenerate"]);
+    }
+}
+
+#[test]
 fn topologies_named_json_leave_as_topologies() {
     let folder = folder("");
     let text = r#"{"type":"Topology","arcs":[[[0,0],[1,0],[1,1],[0,1],[0,0]]],"objects":{

@@ -58,7 +58,10 @@ fn a_job_is_short_for_a_fit_that_it_names() {
 fn a_smoothed_map_is_within_its_distance_and_not_much_larger() {
     let folder = TempDir::new().unwrap();
     let map = data("world-110m.topojson");
-    let words = said(&folder, &format!("map {map} -o out.topojson --within 50km --device cpu --report r.json"));
+    let words = said(
+        &folder,
+        &format!("map {map} -o out.topojson --within 50km --antimeridian keep --device cpu --report r.json"),
+    );
     assert!(words.contains("fitted within 37.5km, and written within 12.5km"), "{words}");
     let size = |path: &Path| fs::metadata(path).unwrap().len();
     let [before, after] = [size(Path::new(&map)), size(&folder.path().join("out.topojson"))];

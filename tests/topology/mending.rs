@@ -2,7 +2,7 @@
 
 use faircurve::spline::{Natural, Smoothing, SmoothingTarget};
 use faircurve::topology::{Options, Topology};
-use faircurve::{CurveBatch, Device, Fit};
+use faircurve::{CurveBatch, Device, Fit, Sampling};
 
 use crate::{EIGHT, world};
 
@@ -80,6 +80,25 @@ fn rings_keep_their_share_of_area_and_islands_their_side_of_the_coast() {
     assert!(faults.misplaced.is_empty() && faults.crossings.is_empty(), "{faults:?}");
     let [before, after] = [topology.join(fit), mended.join()].map(|fit| fit.polylines(EIGHT));
     assert!(area(&before, 1) < 0.5 * area(&batch, 1) && area(&after, 1) >= 0.5 * area(&batch, 1));
+}
+
+#[test]
+fn lakes_stay_inside_coasts_of_few_samples() {
+    // A cape with a lake: smoothed, the coast runs below the lake, with samples far from both.
+    let mut coast: Vec<[f64; 2]> = vec![[-20.0, -10.0], [20.0, -10.0], [20.0, 0.0]];
+    coast.extend((3..20).rev().map(|x| [f64::from(x), 0.0]));
+    coast.extend([[3.0, 3.0], [2.0, 6.0], [0.0, 7.0], [-2.0, 6.0], [-3.0, 3.0]]);
+    coast.extend((-20..-2).rev().map(|x| [f64::from(x), 0.0]));
+    let lake = [[-0.2, 4.4], [-0.2, 4.6], [0.2, 4.6], [0.2, 4.4]];
+    let batch = CurveBatch::from_slices(&[&coast[..], &lake[..]]).unwrap().closed(true);
+    let topology = Topology::new(&batch, &Options::default()).unwrap();
+    for tolerance in [0.01, 0.3, 1.0, 3.0] {
+        let sampled = topology.sample(smoothed(&topology, 2000.0), Sampling::Tolerance(tolerance));
+        assert_eq!(sampled.faults().misplaced, [1], "tolerance {tolerance}");
+        let (sampled, mended) = sampled.mend(0.0);
+        assert!(mended.misplaced == 1 && mended.astray.is_empty(), "tolerance {tolerance}: {mended:?}");
+        assert!(sampled.faults().misplaced.is_empty(), "tolerance {tolerance}");
+    }
 }
 
 #[test]

@@ -18,7 +18,7 @@ use std::ops::Range;
 use super::entry::Entry;
 use crate::batch::CurveBatch;
 pub(super) use read::read;
-pub(super) use write::{fills, holds, is_own, objects, write_with};
+pub(super) use write::{fills, holds, is_own, objects, write, write_with};
 
 pub(super) const ENTRY: Entry = Entry {
     extensions: &["json"],

@@ -6,8 +6,10 @@ use serde_json::{Map, Value, json};
 
 use crate::batch::CurveBatch;
 use crate::io::geojson;
+use crate::io::source::Source;
 use crate::io::text::Text;
-use crate::io::{WriteOptions, is_finite};
+use crate::io::{Antimeridian, ReadOptions, WriteOptions, antimeridian, is_finite};
+use crate::status::CurveStatus;
 use crate::topology::{Options, Topology};
 
 /// The name of the object of a document that names none.
@@ -16,6 +18,24 @@ const OBJECT: &str = "features";
 /// Writes the batch, quantised to the decimals asked for, or with all digits.
 pub(in crate::io) fn write(out: &mut dyn Write, batch: &CurveBatch, options: &WriteOptions) -> io::Result<()> {
     let WriteOptions { decimals, ref statuses, .. } = *options;
+    let named = geojson::objects(batch);
+    if options.antimeridian != Antimeridian::Cut || !(0..batch.len()).any(|i| antimeridian::concerns(batch, i)) {
+        return write_arcs(out, batch, (statuses, decimals), &named);
+    }
+    // Cut geometries are another document, whose curves share other arcs.
+    let mut cut = Vec::new();
+    geojson::write(&mut cut, batch, &WriteOptions { decimals: None, ..options.clone() })?;
+    let read = |mut source| geojson::read(&mut source, &ReadOptions::default());
+    let batch = Source::of_reader(&cut[..]).and_then(read).map_err(io::Error::other)?;
+    write_arcs(out, &batch, (&[], decimals), &named)
+}
+
+fn write_arcs(
+    out: &mut dyn Write,
+    batch: &CurveBatch,
+    (statuses, decimals): (&[CurveStatus], Option<u8>),
+    named: &[geojson::Object],
+) -> io::Result<()> {
     let plain = batch.with_points(batch.coords().to_vec(), batch.offsets().to_vec());
     let shared = Options { geographic: false, ..Options::of(&plain) };
     // Curves that are not finite have no arcs: JSON has no such numbers.
@@ -29,7 +49,7 @@ pub(in crate::io) fn write(out: &mut dyn Write, batch: &CurveBatch, options: &Wr
     let document: Value = serde_json::from_slice(&features)?;
     let mut text = Text::new(out);
     text.push("{\"type\":\"Topology\",\"objects\":")?;
-    text.push(objects(document, &geojson::objects(batch)).to_string())?;
+    text.push(objects(document, named).to_string())?;
     arcs(&mut text, &topology, decimals)?;
     text.push("}\n")?;
     text.finish()
