@@ -15,14 +15,22 @@ pub struct Column {
 }
 
 /// The entries of a [`Column`].
+///
+/// Between data points [`tracks::sample`](crate::tracks::sample) interpolates numbers and angles, in
+/// proportion to the time or smoothly: by monotone cubics in the time (Fritsch and Butland, SIAM J.
+/// Sci. Stat. Comput. 5, 1984), which are C¹ and lie between the entries of two points.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Values {
-    /// Quantities, interpolated linearly between data points. NaN stands for a blank.
+    /// Quantities, interpolated linearly. NaN stands for a blank.
     Numbers(Vec<f64>),
+    /// Quantities, interpolated smoothly.
+    Smooth(Vec<f64>),
     /// Angles in degrees, interpolated the short way round: from 0 to 360, or from −180 to 180 if
     /// one of the two is negative. Values beyond ±360 are not angles, and samples take the nearest.
     Angles(Vec<f64>),
+    /// Angles in degrees, interpolated the short way round and smoothly.
+    SmoothAngles(Vec<f64>),
     /// Texts, including numbers that are not quantities. Samples take the nearest data point's.
     Texts(Vec<String>),
 }
@@ -31,8 +39,8 @@ impl Values {
     /// Number of entries.
     pub fn len(&self) -> usize {
         match self {
-            Values::Numbers(numbers) | Values::Angles(numbers) => numbers.len(),
             Values::Texts(texts) => texts.len(),
+            _ => self.numbers().map_or(0, <[f64]>::len),
         }
     }
 
@@ -41,37 +49,59 @@ impl Values {
         self.len() == 0
     }
 
-    /// The same kind, without entries.
-    pub(crate) fn emptied(&self) -> Self {
+    /// Numbers or angles. `None` for texts.
+    pub fn numbers(&self) -> Option<&[f64]> {
         match self {
-            Values::Numbers(_) => Values::Numbers(vec![]),
-            Values::Angles(_) => Values::Angles(vec![]),
-            Values::Texts(_) => Values::Texts(vec![]),
+            Values::Numbers(own) | Values::Smooth(own) | Values::Angles(own) | Values::SmoothAngles(own) => Some(own),
+            Values::Texts(_) => None,
         }
     }
 
-    /// Appends the interpolation of two entries of a column of this kind.
-    pub(crate) fn push_between(&mut self, of: &Values, [a, b]: [usize; 2], u: f64) {
-        let between = |entries: &[f64], inner: fn(f64, f64, f64) -> f64| match u {
-            0.0 => entries[a],
-            1.0 => entries[b],
-            _ => inner(entries[a], entries[b], u),
-        };
-        match (self, of) {
-            // Equal numbers keep their bits.
-            (Values::Numbers(out), Values::Numbers(all)) => out.push(between(all, |a, b, u| a + (b - a) * u)),
-            (Values::Angles(out), Values::Angles(all)) => out.push(between(all, turned)),
-            (Values::Texts(out), Values::Texts(texts)) => out.push(texts[if u < 0.5 { a } else { b }].clone()),
-            _ => unreachable!("a column of a kind stays of that kind"),
+    pub(crate) fn numbers_mut(&mut self) -> Option<&mut Vec<f64>> {
+        match self {
+            Values::Numbers(own) | Values::Smooth(own) | Values::Angles(own) | Values::SmoothAngles(own) => Some(own),
+            Values::Texts(_) => None,
         }
     }
 
-    /// The entries of the points listed.
-    fn gather(&self, points: &[usize]) -> Self {
+    /// Whether they are angles in degrees.
+    pub(crate) fn are_angles(&self) -> bool {
+        matches!(self, Values::Angles(_) | Values::SmoothAngles(_))
+    }
+
+    /// The same kind, with the entries of the points listed.
+    pub(crate) fn gather(&self, points: &[usize]) -> Self {
+        let of = |numbers: &[f64]| points.iter().map(|&k| numbers[k]).collect();
         match self {
-            Values::Numbers(numbers) => Values::Numbers(points.iter().map(|&k| numbers[k]).collect()),
-            Values::Angles(angles) => Values::Angles(points.iter().map(|&k| angles[k]).collect()),
+            Values::Numbers(numbers) => Values::Numbers(of(numbers)),
+            Values::Smooth(numbers) => Values::Smooth(of(numbers)),
+            Values::Angles(angles) => Values::Angles(of(angles)),
+            Values::SmoothAngles(angles) => Values::SmoothAngles(of(angles)),
             Values::Texts(texts) => Values::Texts(points.iter().map(|&k| texts[k].clone()).collect()),
+        }
+    }
+
+    /// Appends the linear interpolation of two entries of a column of this kind.
+    pub(crate) fn push_between(&mut self, of: &Values, ends: [usize; 2], u: f64) {
+        let nearest = ends[usize::from(u >= 0.5)];
+        match (self, of) {
+            (Values::Texts(out), Values::Texts(texts)) => out.push(texts[nearest].clone()),
+            (out, of) => out.numbers_mut().expect("a column of a kind stays of that kind").push(of.between(ends, u)),
+        }
+    }
+
+    /// The linear interpolation of two numbers or angles. NaN for texts.
+    pub(crate) fn between(&self, [a, b]: [usize; 2], u: f64) -> f64 {
+        let Some(all) = self.numbers() else { return f64::NAN };
+        match u {
+            0.0 => all[a],
+            1.0 => all[b],
+            _ if self.are_angles() => match way_round(all[a], all[b]) {
+                Some(way) => turned(all[a], all[b], u * way),
+                None => all[if u < 0.5 { a } else { b }],
+            },
+            // Equal numbers keep their bits.
+            _ => all[a] + (all[b] - all[a]) * u,
         }
     }
 }
@@ -80,14 +110,15 @@ impl Values {
 const HALF_TURN: f64 = 180.0;
 const TURN: f64 = 360.0;
 
-/// Interpolates angles the short way round. Beyond ±360 it returns the nearer one.
-fn turned(a: f64, b: f64, u: f64) -> f64 {
-    if a.abs() > TURN || b.abs() > TURN {
-        return if u < 0.5 { a } else { b };
-    }
-    let way = HALF_TURN - (HALF_TURN - (b - a)).rem_euclid(TURN);
+/// The short way from an angle to another, in degrees. `None` beyond ±360, where they are none.
+pub(crate) fn way_round(a: f64, b: f64) -> Option<f64> {
+    (a.abs() <= TURN && b.abs() <= TURN).then(|| HALF_TURN - (HALF_TURN - (b - a)).rem_euclid(TURN))
+}
+
+/// The angle that is `step` away from `a` on the way to `b`, in their range.
+pub(crate) fn turned(a: f64, b: f64, step: f64) -> f64 {
     let low = if a < 0.0 || b < 0.0 { -HALF_TURN } else { 0.0 };
-    low + (a + u * way - low).rem_euclid(TURN)
+    low + (a + step - low).rem_euclid(TURN)
 }
 
 /// The columns of the points listed, in that order.

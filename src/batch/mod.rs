@@ -27,6 +27,7 @@ pub(crate) use check::are_finite;
 pub(crate) use clock::Clock;
 pub(crate) use closed::distance;
 pub use columns::{Column, Values};
+pub(crate) use columns::{turned, way_round};
 pub(crate) use cut::{Piece, Traced};
 pub(crate) use origin::{Cut, Origin};
 pub(crate) use parameters::Parameters;

@@ -111,14 +111,14 @@ pub fn run(args: &FitArgs) -> Result<bool> {
         Some(Deviation::Units(tolerance)) => Some(Flatness::Within(tolerance)),
         _ => by_default.flatness,
     };
-    let (carried, selected) = (args.tracks.carried(), args.selected.clone());
+    let (carried, selected) = (args.tracks.carried()?, args.selected.clone());
     let paths_only = args.map.only_paths();
     let options = ReadOptions { carried, flatness, paths_only, selected, ..by_default };
     let batch = io::read_with(&input.input, &options)?;
-    let batch = args.tracks.split(batch)?;
+    let (batch, easings) = args.tracks.easings(args.tracks.split(batch)?)?;
     let tolerance = asked.map(|asked| tolerance_for(&batch, asked)).transpose()?.flatten();
     let sampling = tolerance.map_or(sampling, |tolerance| args.sampling_within((1.0 - ROUNDED) * tolerance));
-    let tracks = args.tracks.samples(&batch, sampling)?;
+    let tracks = args.tracks.samples(&batch, sampling, easings)?;
     let mut units = args.method.distances(&batch, args.spacing)?;
     let (method, of_lambda) = method.for_times_of(&batch);
     units.extend(

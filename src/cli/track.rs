@@ -6,8 +6,8 @@ use clap::Args;
 use faircurve::ground::check_samples;
 use faircurve::io::{self, Carried, Format};
 use faircurve::surface::Surface;
-use faircurve::tracks::{self, At, Quantity};
-use faircurve::{CurveBatch, Error, Fit, Result, Sampling};
+use faircurve::tracks::{self, At, Easing, Quantity};
+use faircurve::{Column, CurveBatch, Error, Fit, Result, Sampling, Values};
 use jiff::{Span, SpanRelativeTo, Unit};
 
 use super::count;
@@ -22,9 +22,10 @@ pub struct TrackArgs {
     /// Other columns of a CSV file that travel along: all, or names
     ///
     /// Numbers are interpolated. COG, course, heading, and what has :angle after its name are
-    /// angles in degrees, which go the short way round. Texts, and what has :nearest after its
-    /// name, have the value of the nearest point. Values that are equal in all rows of a curve stay
-    /// as they are.
+    /// angles in degrees, which go the short way round. What has :smooth at its end is interpolated
+    /// by monotone cubics in place of lines, as in scale:smooth,turn:angle:smooth. Texts, and what has
+    /// :nearest after its name, have the value of the nearest point. Values that are equal in all rows
+    /// of a curve stay as they are.
     #[arg(long, value_name = "all|COLUMN,...", help_heading = "Tracks")]
     carry: Option<Carried>,
     /// Cuts tracks where times are more than DT apart
@@ -38,6 +39,13 @@ pub struct TrackArgs {
     /// Samples at the times of a file: a column t, and a column curve for times of single curves
     #[arg(long, value_name = "FILE", conflicts_with_all = ["samples", "spacing", "points"], help_heading = "Tracks")]
     at: Option<PathBuf>,
+    /// A column that says how the curve passes from each point to the next, with --every or --at
+    ///
+    /// Its words are those of CSS: linear, ease, ease-in, ease-out, ease-in-out,
+    /// cubic-bezier(x1 y1 x2 y2), and hold, which waits for the next point. Columns are eased, too. It
+    /// is not written.
+    #[arg(long, value_name = "COLUMN", help_heading = "Tracks")]
+    ease: Option<String>,
     /// N samples of each curve at equal arc lengths
     #[arg(long, value_name = "N", conflicts_with_all = ["samples", "spacing"], help_heading = "Output")]
     points: Option<usize>,
@@ -57,12 +65,17 @@ enum Places {
 pub struct Samples<'a> {
     places: Places,
     quantities: &'a [Quantity],
+    easings: Vec<Easing>,
 }
 
 impl TrackArgs {
     /// The columns that travel along.
-    pub fn carried(&self) -> Carried {
-        self.carry.clone().unwrap_or_default()
+    pub fn carried(&self) -> Result<Carried> {
+        let carry = self.carry.clone().unwrap_or_default();
+        match &self.ease {
+            Some(column) => Ok(format!("{column}:nearest").parse::<Carried>()?.and(carry)),
+            None => Ok(carry),
+        }
     }
 
     /// Samples along the curve, where --points asks for them.
@@ -102,15 +115,37 @@ impl TrackArgs {
         }
     }
 
+    /// The easing of every point, or none, and the curves without their column.
+    pub fn easings(&self, batch: CurveBatch) -> Result<(CurveBatch, Vec<Easing>)> {
+        let Some(name) = &self.ease else { return Ok((batch, vec![])) };
+        if self.every.is_none() && self.at.is_none() {
+            return Err(Error::argument("--ease is of times between points: add --every DT or --at FILE"));
+        }
+        let (own, others): (Vec<_>, Vec<_>) =
+            batch.columns().iter().cloned().partition(|column: &Column| column.name == *name);
+        let Some(Values::Texts(words)) = own.first().map(|column| &column.values) else {
+            return Err(Error::argument(format!("--ease is {name}, and the points have no such column of words")));
+        };
+        let mut easings = Vec::with_capacity(words.len());
+        for i in 0..batch.len() {
+            for (k, word) in words[batch.offsets()[i]..batch.offsets()[i + 1]].iter().enumerate() {
+                easings.push(word.parse().map_err(|error| {
+                    Error::argument(format!("column {name}: {}", batch.sentence(i, k, &format!("{error}"))))
+                })?);
+            }
+        }
+        Ok((batch.with_columns(others)?, easings))
+    }
+
     /// What is to be sampled where, if more is asked for than points along the curve.
-    pub fn samples(&self, batch: &CurveBatch, sampling: Sampling) -> Result<Option<Samples<'_>>> {
+    pub fn samples(&self, batch: &CurveBatch, sampling: Sampling, easings: Vec<Easing>) -> Result<Option<Samples<'_>>> {
         let places = match (&self.every, &self.at) {
             (Some(every), _) => Places::Every(time("--every", every, batch)?),
             (_, Some(path)) => Places::Times(io::read_times(path)?.of(batch)?),
             _ if self.write.is_empty() && batch.columns().is_empty() => return Ok(None),
             _ => Places::Along(sampling),
         };
-        Ok(Some(Samples { places, quantities: &self.write }))
+        Ok(Some(Samples { places, quantities: &self.write, easings }))
     }
 }
 
@@ -167,7 +202,7 @@ impl Samples<'_> {
 
     /// The samples of a fit.
     pub fn of(&self, batch: &CurveBatch, fit: &Fit) -> Result<CurveBatch> {
-        tracks::sample(batch, fit, &self.at(), self.quantities)
+        tracks::sample_eased(batch, fit, &self.at(), self.quantities, &self.easings)
     }
 
     fn at(&self) -> At<'_> {

@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::str::FromStr;
 
+use crate::batch::Values;
 use crate::error::{Error, Result, listed, quoted};
 
 /// The roles of columns: the name of the curve, the point, its parameter and weight, its
@@ -81,9 +82,10 @@ impl FromStr for Columns {
 /// are interpolated, unless they are the same in all rows of each curve. By default none are
 /// carried.
 ///
-/// What stands after a name says what is between two points: `speed:linear`, `drift:angle`, which
-/// goes the short way round, in degrees, or `status:nearest`, which makes texts of numbers. Columns
-/// called `COG`, `course` or `heading` are angles by themselves, and other numbers linear.
+/// What stands after a name says what is between two points: `speed:linear`, `scale:smooth`,
+/// `drift:angle` and `turn:angle:smooth`, which go the short way round, in degrees, or
+/// `status:nearest`, which makes texts of numbers. Columns called `COG`, `course` or `heading` are
+/// angles by themselves, and other numbers linear.
 ///
 /// ```
 /// let carried: faircurve::io::Carried = "speed,status:nearest".parse()?;
@@ -102,6 +104,9 @@ pub(super) enum Between {
     Linear,
     /// An angle on the short way round.
     Angle,
+    /// The same, smoothly.
+    Smooth,
+    SmoothAngle,
     /// The entry of the nearer of both.
     Nearest,
 }
@@ -114,6 +119,31 @@ impl Between {
     pub(super) fn by_name(name: &str) -> Self {
         if is_one_of(name, &ANGLES) { Between::Angle } else { Between::Linear }
     }
+
+    /// The name of a column, and what follows it.
+    fn of(entry: &str) -> (&str, Self) {
+        match entry.rsplit_once(':') {
+            Some((name, "nearest")) => (name, Between::Nearest),
+            Some((name, "linear")) => (name, Between::Linear),
+            Some((name, "angle")) => (name, Between::Angle),
+            Some((name, "smooth")) => match Between::of(name) {
+                (name, Between::Angle | Between::SmoothAngle) => (name, Between::SmoothAngle),
+                (name, _) => (name, Between::Smooth),
+            },
+            _ => (entry, Between::by_name(entry)),
+        }
+    }
+
+    /// Numbers as values of this kind.
+    pub(super) fn values(self, numbers: Vec<f64>) -> Values {
+        match self {
+            Between::Linear => Values::Numbers(numbers),
+            Between::Angle => Values::Angles(numbers),
+            Between::Smooth => Values::Smooth(numbers),
+            Between::SmoothAngle => Values::SmoothAngles(numbers),
+            Between::Nearest => Values::Texts(numbers.iter().map(f64::to_string).collect()),
+        }
+    }
 }
 
 impl FromStr for Carried {
@@ -122,12 +152,7 @@ impl FromStr for Carried {
     fn from_str(text: &str) -> Result<Self> {
         let mut carried = Carried::default();
         for entry in text.split(',').map(str::trim).filter(|entry| !entry.is_empty()) {
-            let (name, between) = match entry.rsplit_once(':') {
-                Some((name, "nearest")) => (name, Between::Nearest),
-                Some((name, "linear")) => (name, Between::Linear),
-                Some((name, "angle")) => (name, Between::Angle),
-                _ => (entry, Between::by_name(entry)),
-            };
+            let (name, between) = Between::of(entry);
             if name == "all" {
                 carried.all = true;
             } else {
@@ -144,6 +169,13 @@ impl FromStr for Carried {
 }
 
 impl Carried {
+    /// These columns and others. What this says of a column that both name is taken.
+    pub fn and(mut self, other: Carried) -> Self {
+        self.all |= other.all;
+        self.names.extend(other.names);
+        self
+    }
+
     /// Whether a column is named.
     pub(super) fn names(&self, name: &str) -> bool {
         self.names.iter().any(|(own, _)| own == name)

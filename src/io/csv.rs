@@ -240,11 +240,12 @@ fn write(out: &mut dyn Write, batch: &CurveBatch, separator: char, options: &Wri
             }
             for column in batch.columns() {
                 text.push(separator)?;
-                match &column.values {
+                match (&column.values, column.values.numbers()) {
                     // A blank, as it was read.
-                    Values::Numbers(numbers) | Values::Angles(numbers) if numbers[first + own].is_nan() => {}
-                    Values::Numbers(numbers) | Values::Angles(numbers) => text.number(numbers[first + own])?,
-                    Values::Texts(texts) => text.push(row([&*texts[first + own]], separator))?,
+                    (_, Some(numbers)) if numbers[first + own].is_nan() => {}
+                    (_, Some(numbers)) => text.number(numbers[first + own])?,
+                    (Values::Texts(texts), _) => text.push(row([&*texts[first + own]], separator))?,
+                    _ => unreachable!("a column holds numbers or texts"),
                 }
             }
             text.push("\n")?;

@@ -5,8 +5,9 @@ use std::path::Path;
 use std::str::FromStr;
 
 use super::entry::Entry;
+use super::svg::motion;
 use super::tracts::{tck, trk};
-use super::{array, csv, geojson, gpx, npz, svg, topojson};
+use super::{array, csv, frames, geojson, gpx, npz, svg, topojson};
 use super::{extension_of, unknown_format};
 use crate::batch::{Column, CurveBatch};
 use crate::error::{Error, Result, quoted};
@@ -56,6 +57,12 @@ formats! {
     /// GPS Exchange, version 1.1: one curve per segment of a track, and per route, with longitudes,
     /// latitudes and times. Elevations travel along as the [column](CurveBatch::columns) `ele`.
     Gpx: gpx,
+    /// JSON for animation: a list of curves, each with a frame of its time, its place and its
+    /// [columns](CurveBatch::columns) per sample. It is written, and not read.
+    Frames: frames,
+    /// SVG in which a marker moves along each curve in the times of its samples, with the
+    /// [columns](CurveBatch::columns) `opacity`, `scale` and `rotation` (degrees).
+    Motion: motion,
 }
 
 impl Format {
@@ -107,6 +114,7 @@ impl Format {
         let holds = |column: &&Column| match self {
             Format::GeoJson | Format::TopoJson => geojson::holds(batch, column, self == Format::GeoJson),
             Format::Gpx => gpx::holds(batch, column),
+            Format::Motion => motion::holds(&column.name, &column.values),
             _ => self.has_columns(),
         };
         let columns = batch.columns().iter().filter(|column| !holds(column)).map(|column| column.name.clone());

@@ -80,6 +80,7 @@ mod decimals;
 mod encoding;
 mod entry;
 mod formats;
+mod frames;
 mod geojson;
 mod gpx;
 pub mod grids;

@@ -22,12 +22,15 @@
 //! # Ok::<(), faircurve::Error>(())
 //! ```
 
+mod carried;
+mod easing;
 mod gaps;
 mod quantities;
 mod sample;
 
+pub use easing::Easing;
 pub use gaps::split;
 pub use quantities::Quantity;
-pub use sample::{At, sample};
+pub use sample::{At, sample, sample_eased};
 #[cfg(feature = "cli")]
 pub(crate) use sample::{check, columns_out, times};

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::Quantity;
+use super::{Easing, Quantity, carried};
 use crate::batch::{Column, CurveBatch, Values};
 use crate::curve::{Curve, Sampling, excess, rounded_up, sample_bytes};
 use crate::error::{Error, Result, short};
@@ -29,8 +29,8 @@ pub enum At<'a> {
 /// - Samples at times are open curves.
 /// - The parameter of a sample is its time. Within a span, time is proportional to the method's
 ///   parameter, such as arc length.
-/// - The batch's [columns](CurveBatch::columns) are interpolated: numbers in proportion to the
-///   time, angles the short way round, texts by the nearer data point.
+/// - The batch's [columns](CurveBatch::columns) are interpolated as their [`Values`] say: numbers in
+///   proportion to the time, angles the short way round, texts by the nearer data point.
 /// - The columns of `quantities` follow, called `curve_speed` and so on if the batch has such a
 ///   column. They are NaN for unfitted curves.
 /// - An unfitted curve has its data points as samples, and so has a curve without parameters if
@@ -44,9 +44,33 @@ pub enum At<'a> {
 /// - A number of lists other than the number of curves.
 /// - More samples than [`Sampling::MOST_SAMPLES`], and the errors of [`Sampling::check`].
 pub fn sample(batch: &CurveBatch, fit: &Fit, at: &At, quantities: &[Quantity]) -> Result<CurveBatch> {
+    sample_eased(batch, fit, at, quantities, &[])
+}
+
+/// Samples of fitted curves at times, as by [`sample`], with spans that are passed as `easings` say: one
+/// per point, for the span that it begins. Columns are eased too, and speeds are those of the motion.
+///
+/// # Errors
+/// - Those of [`sample`].
+/// - A number of easings other than 0 and the number of points.
+/// - Easings for samples that are not at times.
+pub fn sample_eased(
+    batch: &CurveBatch,
+    fit: &Fit,
+    at: &At,
+    quantities: &[Quantity],
+    easings: &[Easing],
+) -> Result<CurveBatch> {
     check(batch, at, quantities)?;
-    let samples = parallel::map(batch.len(), 1, |i| of_curve(batch, &*fit.curve(i), i, at, quantities));
-    let empty = |column: &Column| Column { name: column.name.clone(), values: column.values.emptied() };
+    let (given, points) = (easings.len(), batch.total_points());
+    if given > 0 && given != points {
+        return Err(Error::argument(format!("there are {given} easings for {points} points: give one per point")));
+    }
+    if given > 0 && matches!(at, At::Along(_)) {
+        return Err(Error::argument("easings are of time: ask for samples at times"));
+    }
+    let samples = parallel::map(batch.len(), 1, |i| of_curve(batch, &*fit.curve(i), i, at, quantities, easings));
+    let empty = |column: &Column| Column { name: column.name.clone(), values: column.values.gather(&[]) };
     let mut columns: Vec<Column> = batch.columns().iter().map(empty).collect();
     // Planar points gain heights on a terrain.
     let dimension = if fit.is_empty() { batch.dimension() } else { fit.curve(0).dimension() };
@@ -59,16 +83,14 @@ pub fn sample(batch: &CurveBatch, fit: &Fit, at: &At, quantities: &[Quantity]) -
     let closed = (0..batch.len()).map(|i| batch.is_closed(i) && !samples[i].at_times).collect();
     let (mut points, mut ends) = (Vec::with_capacity(samples.len()), Vec::new());
     for (i, of_curve) in samples.into_iter().enumerate() {
-        for &site in &of_curve.sites {
-            push_carried(batch, i, site, &mut columns);
-        }
+        carried::push(batch, i, &of_curve.knots, &of_curve.sites, &mut columns);
         for (column, values) in columns[batch.columns().len()..].iter_mut().zip(&of_curve.quantities) {
             match &mut column.values {
                 Values::Numbers(numbers) => numbers.extend(values),
                 _ => unreachable!("quantities are numbers"),
             }
         }
-        ends.push(of_curve.end);
+        ends.push(of_curve.knots.last().copied().unwrap_or(0.0));
         points.push((of_curve.coords, of_curve.t));
     }
     let closing = |i: usize, last: f64| ends[i] - last;
@@ -123,14 +145,21 @@ struct Samples {
     sites: Vec<(usize, f64)>,
     coords: Vec<f64>,
     t: Vec<f64>,
-    /// The parameter at which the curve ends.
-    end: f64,
+    /// The parameters of the points, and the one at which the curve ends.
+    knots: Vec<f64>,
     quantities: Vec<Vec<f64>>,
     /// Whether the samples are at given times.
     at_times: bool,
 }
 
-fn of_curve(batch: &CurveBatch, curve: &dyn Curve, i: usize, at: &At, quantities: &[Quantity]) -> Samples {
+fn of_curve(
+    batch: &CurveBatch,
+    curve: &dyn Curve,
+    i: usize,
+    at: &At,
+    quantities: &[Quantity],
+    easings: &[Easing],
+) -> Samples {
     let given = batch.given_knots(i);
     let knots = given.as_deref().map_or_else(|| Cow::Borrowed(curve.knots()), Cow::Borrowed);
     let time = |(span, u): (usize, f64)| match (knots.get(span), knots.get(span + 1)) {
@@ -144,12 +173,18 @@ fn of_curve(batch: &CurveBatch, curve: &dyn Curve, i: usize, at: &At, quantities
     let all = || curve.sites(Sampling::PerSpan(1));
     let is_timed = curve.is_fitted() && batch.parameters(i).is_some();
     let times = if is_timed { times(batch, i, at, [knots[0], end]) } else { None };
-    let sites = match (at, &times) {
+    let mut sites: Vec<(usize, f64)> = match (at, &times) {
         (_, Some(times)) => times.iter().map(|&t| site(&knots, t)).collect(),
         (At::Along(sampling), None) => curve.sites(*sampling),
         _ => all(),
     };
     let at_times = times.is_some();
+    let mut rates = vec![1.0; sites.len()];
+    if at_times && !easings.is_empty() {
+        for ((span, u), rate) in sites.iter_mut().zip(&mut rates) {
+            [*u, *rate] = easings[batch.offsets()[i] + *span].with_rate(*u);
+        }
+    }
     let t = match times {
         Some(times) => times,
         None => sites.iter().map(|&site| time(site)).collect(),
@@ -157,9 +192,15 @@ fn of_curve(batch: &CurveBatch, curve: &dyn Curve, i: usize, at: &At, quantities
     let point = |&(span, u): &(usize, f64)| curve.jet(span, u).point.to_array().into_iter().take(curve.dimension());
     let coords = sites.iter().flat_map(point).collect();
     let geographic = batch.is_geographic();
-    let of = |quantity: &Quantity| quantity.of(curve, &sites, given.as_deref(), geographic);
+    let of = |&quantity: &Quantity| {
+        let mut columns = quantity.of(curve, &sites, given.as_deref(), geographic);
+        if quantity == Quantity::Speed {
+            columns.iter_mut().flatten().zip(&rates).for_each(|(speed, rate)| *speed *= rate);
+        }
+        columns
+    };
     let quantities = quantities.iter().flat_map(of).collect();
-    Samples { sites, coords, t, end, quantities, at_times }
+    Samples { sites, coords, t, knots: knots.into_owned(), quantities, at_times }
 }
 
 /// The times of samples of curve `i` within its times.
@@ -188,18 +229,4 @@ fn site(knots: &[f64], t: f64) -> (usize, f64) {
     let span = knots.partition_point(|&knot| knot <= t).saturating_sub(1).min(last);
     let length = knots[span + 1] - knots[span];
     (span, if length > 0.0 { ((t - knots[span]) / length).clamp(0.0, 1.0) } else { 0.0 })
-}
-
-/// Appends a sample's interpolated columns.
-fn push_carried(batch: &CurveBatch, i: usize, (span, u): (usize, f64), columns: &mut [Column]) {
-    let (first, count) = (batch.offsets()[i], batch.count(i));
-    let ends = [span, span + 1].map(|k| first + k % count.max(1));
-    for (column, carried) in columns.iter_mut().zip(batch.columns()) {
-        match &mut column.values {
-            // Curves without points have samples too.
-            Values::Numbers(out) | Values::Angles(out) if count == 0 => out.push(f64::NAN),
-            Values::Texts(out) if count == 0 => out.push(String::new()),
-            values => values.push_between(&carried.values, ends, u),
-        }
-    }
 }

@@ -3,6 +3,7 @@
 mod any_batch;
 mod builds;
 mod cli;
+mod cli_animation;
 mod cli_bezier;
 mod cli_drawings;
 mod cli_exponent;

@@ -64,8 +64,7 @@ impl Cells {
         let is_text = self.between == Between::Nearest || constant;
         let numbers = if is_text { None } else { rows.iter().map(number).collect::<Option<Vec<f64>>>() };
         let values = match numbers {
-            Some(angles) if self.between == Between::Angle => Values::Angles(angles),
-            Some(numbers) => Values::Numbers(numbers),
+            Some(numbers) => self.between.values(numbers),
             None => {
                 source.take(self.text.len() + TEXT_BYTES * rows.len())?;
                 Values::Texts(rows.iter().map(|&row| String::from_utf8_lossy(self.cell(row)).into_owned()).collect())

@@ -54,13 +54,13 @@ impl<'a> Along<'a> {
     /// A column of the batch, as a property of this name.
     pub fn write_column(&self, text: &mut Text, name: &str, column: &Column) -> io::Result<()> {
         let (first, count) = (self.batch.offsets()[self.i], self.batch.count(self.i));
-        let mut values = column.values.emptied();
+        let mut values = column.values.gather(&[]);
         self.places().for_each(|(k, u)| {
             values.push_between(&column.values, [k, k + 1].map(|k| first + k % count), u);
         });
         self.write(text, name, |text, k| match &values {
-            Values::Numbers(numbers) | Values::Angles(numbers) => number(text, numbers[k]),
             Values::Texts(texts) => text.push(of_text(&texts[k]).to_string()),
+            values => number(text, values.numbers().map_or(f64::NAN, |numbers| numbers[k])),
         })
     }
 

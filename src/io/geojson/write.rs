@@ -160,8 +160,8 @@ fn collect(
 fn of_curve(batch: &CurveBatch, column: &Column, i: usize) -> Option<serde_json::Value> {
     let points = batch.offsets()[i]..batch.offsets()[i + 1];
     match &column.values {
-        Values::Numbers(numbers) | Values::Angles(numbers) => same(&numbers[points]).map(|&number| number.into()),
         Values::Texts(texts) => same(&texts[points]).map(|text| of_text(text)),
+        values => same(&values.numbers()?[points]).map(|&number| number.into()),
     }
 }
 

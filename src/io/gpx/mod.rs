@@ -9,7 +9,7 @@ mod write;
 use std::ops::Range;
 
 use super::entry::Entry;
-use crate::batch::{Column, CurveBatch, Values};
+use crate::batch::{Column, CurveBatch};
 
 pub(super) const ENTRY: Entry = Entry {
     reads: "tracks and routes with times, elevations and other numbers of points",
@@ -55,8 +55,7 @@ struct Value {
 /// Whether files have a place for a column of a batch.
 pub(super) fn holds(batch: &CurveBatch, column: &Column) -> bool {
     let own = |document: &Document| document.values.iter().any(|value| value.column == column.name);
-    matches!(column.values, Values::Numbers(_) | Values::Angles(_))
-        && (column.name == ELEVATION || document(batch).is_some_and(own))
+    column.values.numbers().is_some() && (column.name == ELEVATION || document(batch).is_some_and(own))
 }
 
 /// The file that the batch came from, if it has the same curves still.

@@ -260,11 +260,7 @@ impl<'a> Points<'a> {
                 path: path.split('/').map(String::from).collect(),
                 is_whole: *is_whole,
             });
-            let values_of = match Between::by_name(local(path)) {
-                Between::Angle => Values::Angles(numbers),
-                _ => Values::Numbers(numbers),
-            };
-            columns.push(Column { name: name.into(), values: values_of });
+            columns.push(Column { name: name.into(), values: Between::by_name(local(path)).values(numbers) });
         }
         Ok((columns, values))
     }

@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use super::{Document, ELEVATION, Edit, Value, document};
-use crate::batch::{Column, CurveBatch, Values};
+use crate::batch::{Column, CurveBatch};
 use crate::io::text::Text;
 use crate::io::{WriteOptions, antimeridian, is_finite};
 
@@ -112,10 +112,7 @@ fn close(text: &mut Text, open: &mut Vec<&str>, shared: usize) -> io::Result<()>
 
 /// The numbers of a column of this name.
 fn numbers<'a>(column: &'a Column, name: &str) -> Option<&'a [f64]> {
-    match &column.values {
-        Values::Numbers(numbers) | Values::Angles(numbers) if column.name == name => Some(numbers),
-        _ => None,
-    }
+    column.values.numbers().filter(|_| column.name == name)
 }
 
 fn escaped(name: &str) -> String {

@@ -13,7 +13,7 @@ use std::io::{self, Cursor, Write};
 use std::sync::Arc;
 
 use super::antimeridian::{self, wrapped};
-use super::columns::{Between, STATUS};
+use super::columns::STATUS;
 use super::entry::Entry;
 use super::npy::{integers, numbers, texts};
 use super::source::Source;
@@ -142,14 +142,7 @@ impl Archive<'_> {
             };
             let values = match header.is_some_and(|header| header.is_text()) {
                 true => Values::Texts(self.list(&name, texts, points, "point")?.unwrap_or_default()),
-                false => {
-                    let numbers = self.list(&name, numbers, points, "point")?.unwrap_or_default();
-                    match between {
-                        Between::Linear => Values::Numbers(numbers),
-                        Between::Angle => Values::Angles(numbers),
-                        Between::Nearest => Values::Texts(numbers.iter().map(f64::to_string).collect()),
-                    }
-                }
+                false => between.values(self.list(&name, numbers, points, "point")?.unwrap_or_default()),
             };
             columns.push(Column { name, values });
         }
@@ -287,10 +280,8 @@ fn write_seekable(out: &mut dyn Place, batch: &CurveBatch, options: &WriteOption
     }
     for (column, name) in batch.columns().iter().zip(free_names(batch, &own)) {
         match &column.values {
-            Values::Numbers(numbers) | Values::Angles(numbers) => {
-                zip.floats(&name, &[points], numbers.iter().copied())?
-            }
             Values::Texts(texts) => zip.texts(&name, texts)?,
+            values => zip.floats(&name, &[points], values.numbers().into_iter().flatten().copied())?,
         }
     }
     zip.finish()

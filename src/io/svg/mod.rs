@@ -5,6 +5,7 @@ mod arc;
 mod chain;
 mod document;
 mod length;
+pub(super) mod motion;
 mod path;
 mod read;
 mod shape;

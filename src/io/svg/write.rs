@@ -35,7 +35,7 @@ pub(in crate::io) fn write(out: &mut dyn Write, batch: &CurveBatch, options: &Wr
     let rounding = rounding.filter(|_| beziers && decimals.is_none());
     match drawing(batch) {
         Some(drawing) => fill(&mut text, batch, drawing, beziers, rounding)?,
-        None => draw(&mut text, batch, beziers, rounding)?,
+        None => draw(&mut text, batch, beziers, rounding, |_, _| Ok(()))?,
     }
     text.finish()
 }
@@ -51,10 +51,17 @@ pub(super) fn fills(batch: &CurveBatch) -> bool {
     drawing(batch).is_some()
 }
 
-/// A drawing with one path a curve.
-fn draw(text: &mut Text, batch: &CurveBatch, beziers: bool, rounding: Option<f64>) -> io::Result<()> {
+/// A drawing with one path per curve, and `more`, which gets the view box.
+pub(super) fn draw(
+    text: &mut Text,
+    batch: &CurveBatch,
+    beziers: bool,
+    rounding: Option<f64>,
+    more: impl FnOnce(&mut Text, [f64; 4]) -> io::Result<()>,
+) -> io::Result<()> {
+    let view_box = view_box(batch);
     text.push("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"")?;
-    text.point(&view_box(batch), " ")?;
+    text.point(&view_box, " ")?;
     text.push("\">\n<style>path{fill:none;stroke:#000;stroke-width:1px;vector-effect:non-scaling-stroke}</style>\n")?;
     let unit = rounding.and_then(|rounding| unit(batch, 0..batch.len(), rounding));
     for i in 0..batch.len() {
@@ -64,6 +71,7 @@ fn draw(text: &mut Text, batch: &CurveBatch, beziers: bool, rounding: Option<f64
         subpath(text, batch, i, beziers, unit, down)?;
         text.push("\"/>\n")?;
     }
+    more(text, view_box)?;
     text.push("</svg>\n")
 }
 
@@ -238,12 +246,16 @@ fn unit(batch: &CurveBatch, mut curves: Range<usize>, rounding: f64) -> Option<f
     (places <= 22.0 && largest * unit < 2f64.powi(52)).then_some(unit)
 }
 
+/// Whether a curve was fitted and has a place in a drawing.
+pub(super) fn is_drawn(batch: &CurveBatch, i: usize) -> bool {
+    batch.problem(i).is_none() && is_finite(batch, i)
+}
+
 /// Left, top, width and height of what can be drawn: the fitted curves, or all curves if none was
 /// fitted.
 fn view_box(batch: &CurveBatch) -> [f64; 4] {
-    let fitted = |i: usize| batch.problem(i).is_none() && is_finite(batch, i);
-    let any = (0..batch.len()).any(fitted);
-    let drawn = (0..batch.len()).filter(|&i| if any { fitted(i) } else { is_finite(batch, i) });
+    let any = (0..batch.len()).any(|i| is_drawn(batch, i));
+    let drawn = (0..batch.len()).filter(|&i| if any { is_drawn(batch, i) } else { is_finite(batch, i) });
     let bounds = Bounds::of(drawn.flat_map(|i| batch.points(i).chunks_exact(2)).map(down));
     if bounds == Bounds::EMPTY {
         return [0.0, 0.0, 1.0, 1.0];

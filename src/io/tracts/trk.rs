@@ -176,9 +176,9 @@ fn check(batch: &CurveBatch) -> Result<()> {
 /// from text.
 fn number(column: &Column, k: usize) -> Option<f64> {
     match &column.values {
-        Values::Numbers(numbers) | Values::Angles(numbers) => Some(numbers[k]),
         Values::Texts(texts) if texts[k].is_empty() => Some(f64::NAN),
         Values::Texts(texts) => texts[k].parse().ok(),
+        values => values.numbers().map(|numbers| numbers[k]),
     }
 }
 

@@ -403,7 +403,7 @@ fn compressed_files_cut_off_are_said_to_be_so() {
 
 #[test]
 fn formats_that_cannot_be_known_are_asked_for() {
-    let words = "csv, geojson, topojson, svg, npz, npy, trk, tck or gpx";
+    let words = "csv, geojson, topojson, svg, npz, npy, trk, tck, gpx, frames or motion";
     assert_eq!(
         complaint("a.txt", "curve,x,y\n"),
         format!("the format of a.txt is not known from its extension: give `ReadOptions::format` with {words}")
@@ -415,7 +415,7 @@ fn formats_that_cannot_be_known_are_asked_for() {
     assert_eq!(error, format!("- has no extension to tell its format: give `WriteOptions::format` with {words}"));
     assert_eq!(
         "shp".parse::<Format>().unwrap_err().to_string(),
-        "there is no format \"shp\": give csv, geojson, topojson, svg, npz, npy, trk, tck or gpx"
+        "there is no format \"shp\": give csv, geojson, topojson, svg, npz, npy, trk, tck, gpx, frames or motion"
     );
     assert_eq!(
         "maybe".parse::<Closed>().unwrap_err().to_string(),
@@ -443,7 +443,7 @@ fn what_a_format_cannot_hold_is_refused_before_and_after_the_work() {
     let solid = CurveBatch::from_slices(&[&[[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]][..]]).unwrap();
     assert_eq!(
         write("a.svg", &solid, false),
-        "SVG holds points of 2 dimensions, but the curves have 3: write CSV, GeoJSON, TopoJSON, NPZ, NPY, TRK or TCK"
+        "SVG holds points of 2 dimensions, but the curves have 3: write CSV, GeoJSON, TopoJSON, NPZ, NPY, TRK, TCK or Frames"
     );
     let straight =
         "GeoJSON holds straight lines and no Bézier curves: write CSV, SVG, NPZ or NPY, or ask for polylines";
@@ -481,7 +481,7 @@ fn outputs_are_checked_before_the_work() {
     assert_eq!(
         io::check_output(&unknown, &keep).unwrap_err().to_string(),
         format!(
-            "the format of {} is not known from its extension: give `WriteOptions::format` with csv, geojson, topojson, svg, npz, npy, trk, tck or gpx",
+            "the format of {} is not known from its extension: give `WriteOptions::format` with csv, geojson, topojson, svg, npz, npy, trk, tck, gpx, frames or motion",
             unknown.display()
         )
     );
