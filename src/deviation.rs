@@ -9,8 +9,8 @@ use crate::error::{Error, Result, quoted};
 
 /// The largest distance between a data point and the curve.
 ///
-/// Parsed from a number, `0.2`, a percentage of the curve's size, `2%`, or a length on the ground,
-/// `50m`, `2km` or `1nmi`.
+/// Parsed from a number, `0.2`, a percentage of the curve's size, `2%`, or a length with a unit: `50m`,
+/// `2km`, `1nmi`, `1mi`, `6ft`, `0.5mm`, `1cm`, `1in`, `2pt` or `2px`.
 ///
 /// ```
 /// use faircurve::Deviation;
@@ -25,27 +25,43 @@ pub enum Deviation {
     Units(f64),
     /// As a fraction of each curve's size, the diagonal of the box around its points.
     OfSize(f64),
-    /// In metres on the ground, for longitudes and latitudes. Of the methods only
+    /// In metres: on the ground for longitudes and latitudes, else by the
+    /// [unit](CurveBatch::metres) of the coordinates. Of the methods only
     /// [`Band`](crate::spline::Band) takes it.
-    Ground(f64),
+    Metres(f64),
 }
 
 /// The most metres of a degree of latitude, and over the cosine of the latitude of one of longitude,
 /// on the ellipsoid of WGS84: where it is flattest, at the poles.
 const METRES: f64 = 111_694.0;
 
-/// Units of lengths on the ground, in metres.
-const LENGTHS: [(&str, f64); 3] = [("km", 1e3), ("nmi", 1852.0), ("m", 1.0)];
+/// An inch in metres, and a pixel of CSS, which is the unit of SVG.
+const INCH: f64 = 0.0254;
+pub(crate) const PIXEL: f64 = INCH / 96.0;
+
+/// Units of lengths, in metres.
+const LENGTHS: [(&str, f64); 10] = [
+    ("km", 1e3),
+    ("nmi", 1852.0),
+    ("mi", 1609.344),
+    ("m", 1.0),
+    ("ft", 12.0 * INCH),
+    ("in", INCH),
+    ("cm", 1e-2),
+    ("mm", 1e-3),
+    ("pt", INCH / 72.0),
+    ("px", PIXEL),
+];
 
 impl Deviation {
-    /// The distance in units of the coordinates for curve `i` of a batch. One on the ground is in
-    /// degrees of latitude.
+    /// The distance in units of the coordinates for curve `i` of a batch, or for metres in degrees of
+    /// latitude if the unit of the coordinates is not known.
     #[must_use]
     pub fn of(self, batch: &CurveBatch, i: usize) -> f64 {
         match self {
             Deviation::Units(distance) => distance,
             Deviation::OfSize(share) => share * Bounds::<3>::of_flat(batch.points(i), batch.dimension()).diagonal(),
-            Deviation::Ground(metres) => metres / METRES,
+            Deviation::Metres(metres) => metres / batch.metres().unwrap_or(METRES),
         }
     }
 
@@ -55,7 +71,7 @@ impl Deviation {
         match (self, other) {
             (Deviation::Units(a), Deviation::Units(b)) => Some(Deviation::Units(tidy(a - b))),
             (Deviation::OfSize(a), Deviation::OfSize(b)) => Some(Deviation::OfSize(tidy(a - b))),
-            (Deviation::Ground(a), Deviation::Ground(b)) => Some(Deviation::Ground(tidy(a - b))),
+            (Deviation::Metres(a), Deviation::Metres(b)) => Some(Deviation::Metres(tidy(a - b))),
             _ => None,
         }
     }
@@ -66,7 +82,7 @@ impl Deviation {
         match self {
             Deviation::Units(a) => Deviation::Units(tidy(factor * a)),
             Deviation::OfSize(a) => Deviation::OfSize(tidy(factor * a)),
-            Deviation::Ground(a) => Deviation::Ground(tidy(factor * a)),
+            Deviation::Metres(a) => Deviation::Metres(tidy(factor * a)),
         }
     }
 
@@ -74,7 +90,7 @@ impl Deviation {
     #[doc(hidden)]
     #[must_use]
     pub fn number(self) -> f64 {
-        let (Deviation::Units(number) | Deviation::OfSize(number) | Deviation::Ground(number)) = self;
+        let (Deviation::Units(number) | Deviation::OfSize(number) | Deviation::Metres(number)) = self;
         number
     }
 
@@ -84,10 +100,9 @@ impl Deviation {
     /// A number that is not positive or not finite. `remedy` ends the sentence.
     pub(crate) fn check(self, remedy: &str) -> Result<()> {
         let number = self.number();
-        if matches!(self, Deviation::Ground(_)) {
+        if matches!(self, Deviation::Metres(_)) {
             return Err(Error::argument(format!(
-                "{self} is a length on the ground, which a band takes alone: give a number in units of the input, or \
-                 within={self}"
+                "{self} is a length in metres, which a band takes alone: give a number in units of the input, or within={self}"
             )));
         }
         if number > 0.0 && number.is_finite() {
@@ -115,12 +130,12 @@ impl FromStr for Deviation {
 
     fn from_str(text: &str) -> Result<Self> {
         let number = |text: &str| text.trim().parse::<f64>();
-        let on_ground = LENGTHS.iter().find_map(|(unit, metres)| {
+        let metres = LENGTHS.iter().find_map(|(unit, metres)| {
             let number = text.trim().strip_suffix(unit)?.parse::<f64>().ok()?;
-            Some(Deviation::Ground(number * metres))
+            Some(Deviation::Metres(number * metres))
         });
-        if let Some(on_ground) = on_ground {
-            return Ok(on_ground);
+        if let Some(metres) = metres {
+            return Ok(metres);
         }
         match text.trim().strip_suffix('%') {
             Some(percent) => number(percent).map(|percent| Deviation::OfSize(percent / 100.0)),
@@ -129,7 +144,7 @@ impl FromStr for Deviation {
         .map_err(|_| {
             Error::argument(format!(
                 "{} is no deviation: give a distance in units of the input, such as 0.01, or a part of each curve's size, such as 2%, or \
-                 for --within and longitudes and latitudes a length on the ground, such as 2km",
+                 a length such as 2km or 0.5mm",
                 quoted(text)
             ))
         })
@@ -141,8 +156,9 @@ impl Display for Deviation {
         match self {
             Deviation::Units(distance) => distance.fmt(f),
             // 0.07 is 7.000000000000001 hundredths.
-            Deviation::Ground(metres) if metres.abs() >= 1e3 => write!(f, "{}km", metres / 1e3),
-            Deviation::Ground(metres) => write!(f, "{metres}m"),
+            Deviation::Metres(metres) if metres.abs() >= 1e3 => write!(f, "{}km", metres / 1e3),
+            Deviation::Metres(metres) if metres.abs() < 0.1 => write!(f, "{}mm", (1e9 * metres).round() / 1e6),
+            Deviation::Metres(metres) => write!(f, "{metres}m"),
             Deviation::OfSize(share) => write!(f, "{}%", (100.0 * share * 1e12).round() / 1e12),
         }
     }
@@ -160,12 +176,12 @@ mod tests {
             ("7%", Deviation::OfSize(0.07)),
             ("0.5%", Deviation::OfSize(0.005)),
             ("-1", Deviation::Units(-1.0)),
-            ("50m", Deviation::Ground(50.0)),
-            ("2.5km", Deviation::Ground(2500.0)),
+            ("50m", Deviation::Metres(50.0)),
+            ("2.5km", Deviation::Metres(2500.0)),
         ] {
             assert_eq!((text.parse::<Deviation>().unwrap(), deviation.to_string()), (deviation, text.to_string()));
         }
-        assert_eq!("1nmi".parse::<Deviation>().unwrap(), Deviation::Ground(1852.0));
+        assert_eq!("1nmi".parse::<Deviation>().unwrap(), Deviation::Metres(1852.0));
         for text in ["", "%", "two", "2 m", "m", "2%%"] {
             let error = text.parse::<Deviation>().unwrap_err().to_string();
             assert!(error.contains("is no deviation") && error.contains("such as 2%"), "{error}");

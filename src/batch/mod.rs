@@ -397,6 +397,12 @@ impl CurveBatch {
         self.origin.geographic
     }
 
+    /// Metres in a unit of the coordinates, if the file says so: of SVG by its size, and of
+    /// streamlines, which are in millimetres. `None` for longitudes and latitudes.
+    pub fn metres(&self) -> Option<f64> {
+        self.origin.metres
+    }
+
     /// Notes about the batch's file, such as skipped elements.
     pub fn notes(&self) -> &[String] {
         &self.origin.notes

@@ -40,6 +40,8 @@ pub(crate) struct Origin {
     pub untimed: Vec<usize>,
     /// Whether x and y are longitudes and latitudes in degrees.
     pub geographic: bool,
+    /// Metres in a unit of the coordinates, if the file says so.
+    pub metres: Option<f64>,
     /// The document that a format keeps to write it back.
     pub(crate) document: Option<Arc<dyn Any + Send + Sync>>,
     /// The original curves, if these are pieces.

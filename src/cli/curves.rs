@@ -31,7 +31,7 @@ pub enum Shape {
 /// The width of a picture of one curve, in pixels.
 const SMALL_PICTURE: f64 = 520.0;
 
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct CurveArgs {
     #[command(flatten)]
     pub input: InputArgs,

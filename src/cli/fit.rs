@@ -13,6 +13,7 @@ use faircurve::topology::Topology;
 use faircurve::{CurveBatch, Deviation, Device, Error, Fit, Result, Sampling};
 
 use super::curves::{BEZIER_TOLERANCE, CurveArgs, Made, ROUNDING, Shape, size};
+use super::lengths::{Length, in_units_of};
 use super::map::{self, MapArgs};
 use super::method::{Method, MethodArgs};
 use super::output::title;
@@ -50,7 +51,7 @@ impl FromStr for Tolerance {
     }
 }
 
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct FitArgs {
     #[command(flatten)]
     curves: CurveArgs,
@@ -79,9 +80,9 @@ pub struct FitArgs {
     extremes: bool,
     /// Samples at equal arc length, at most D apart
     ///
-    /// In units of the input. It takes the place of --samples.
+    /// In units of the input, or a length such as 5mm. It takes the place of --samples.
     #[arg(long, value_name = "D", conflicts_with = "samples", allow_negative_numbers = true, help_heading = "Output")]
-    spacing: Option<f64>,
+    spacing: Option<Length>,
     /// Draws curvature combs into the picture [default: 1]
     ///
     /// SCALE lengthens their quills.
@@ -96,12 +97,9 @@ pub struct FitArgs {
 }
 
 pub fn run(args: &FitArgs) -> Result<bool> {
-    let sampling = match args.tracks.sampling()? {
-        Some(sampling) => sampling,
-        None => sampling(args.method.samples, args.spacing)?,
-    };
     let asked = args.asked_tolerance()?;
-    let (method, note_of_tolerance) = args.method(asked)?;
+    let (mut method, mut note_of_tolerance) = args.method(asked)?;
+    args.sampling()?;
     args.check()?;
 
     let mut run = Run::start(&args.run, "curve", ["fitting", "fitted"]);
@@ -116,13 +114,23 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     let options = ReadOptions { carried, flatness, paths_only, selected, ..by_default };
     let batch = io::read_with(&input.input, &options)?;
     let (batch, easings) = args.tracks.easings(args.tracks.split(batch)?)?;
-    let tolerance = asked.map(|asked| tolerance_for(&batch, asked)).transpose()?.flatten();
+    let (own, notes_of_units) = args.in_units_of(&batch)?;
+    let args = &own;
+    if !notes_of_units.is_empty() {
+        (method, note_of_tolerance) = args.method(args.asked_tolerance()?)?;
+    }
+    let sampling = args.sampling()?;
+    let tolerance = args.asked_tolerance()?.map(|asked| tolerance_for(&batch, asked)).transpose()?.flatten();
     let sampling = tolerance.map_or(sampling, |tolerance| args.sampling_within((1.0 - ROUNDED) * tolerance));
     let tracks = args.tracks.samples(&batch, sampling, easings)?;
-    let mut units = args.method.distances(&batch, args.spacing)?;
+    let mut units = args.method.distances(&batch, args.spacing.map(Length::number))?;
     let (method, of_lambda) = method.for_times_of(&batch);
     units.extend(
-        note_of_tolerance.into_iter().chain(of_lambda).chain(tracks.as_ref().and_then(|tracks| tracks.note(&batch))),
+        notes_of_units
+            .into_iter()
+            .chain(note_of_tolerance)
+            .chain(of_lambda)
+            .chain(tracks.as_ref().and_then(|tracks| tracks.note(&batch))),
     );
     let points_out = |i: usize| match &tracks {
         _ if args.shape == Shape::Bezier => None,
@@ -183,6 +191,33 @@ pub fn run(args: &FitArgs) -> Result<bool> {
 }
 
 impl FitArgs {
+    /// The arguments with all lengths in units of these curves, and what is to be said of those that had
+    /// others.
+    fn in_units_of(&self, batch: &CurveBatch) -> Result<(FitArgs, Vec<String>)> {
+        let mut own = self.clone();
+        let (on_globe, mut notes) = (self.method.is_on_globe(), Vec::new());
+        let FitArgs { method, tolerance, spacing, map, .. } = &mut own;
+        let of_output = match tolerance {
+            Some(Tolerance::Distance(distance)) => Some(("--tolerance", distance)),
+            _ => None,
+        };
+        let spacing = spacing.as_mut().map(|length| ("--spacing", &mut length.0));
+        let snap = map.snap().map(|length| ("--snap", length));
+        for (option, length) in method.lengths().chain(of_output).chain(spacing).chain(snap) {
+            let on_ground = ["--within", "--tolerance"].contains(&option);
+            notes.extend(in_units_of(batch, on_globe, on_ground, option, length)?);
+        }
+        Ok((own, notes))
+    }
+
+    /// Where curves are sampled, but for --tolerance and times.
+    fn sampling(&self) -> Result<Sampling> {
+        match self.tracks.sampling()? {
+            Some(sampling) => Ok(sampling),
+            None => sampling(self.method.samples, self.spacing.map(Length::number)),
+        }
+    }
+
     /// Fits the borders of a map one by one: the curves, what is written of them, and what is worth
     /// a line.
     fn fit_map(
@@ -283,7 +318,7 @@ impl FitArgs {
 
     /// The method asked for, and what is to be said of it.
     fn method(&self, tolerance: Option<Deviation>) -> Result<(Method, Option<String>)> {
-        let (mut method, mut note) = (self.method.method(self.spacing)?, None);
+        let (mut method, mut note) = (self.method.method(self.spacing.map(Length::number))?, None);
         if let Some(tolerance) = tolerance {
             positive("--tolerance", tolerance.number(), "it must be a positive distance, such as --tolerance 0.001")?;
             if let Method::Band(band) = &mut method {
@@ -305,12 +340,6 @@ impl FitArgs {
 
 /// A tolerance in units of these curves. `None` if no curve can be fitted.
 fn tolerance_for(batch: &CurveBatch, tolerance: Deviation) -> Result<Option<f64>> {
-    if matches!(tolerance, Deviation::Ground(_)) && !batch.is_geographic() {
-        return Err(Error::argument(format!(
-            "--tolerance {tolerance} is a length on the ground, and the points are not known to be longitudes and latitudes: \
-             give a number in units of the input"
-        )));
-    }
     // Curves that cannot be fitted come out as they came in, whatever the tolerance.
     let fitted: Vec<usize> = (0..batch.len()).filter(|&i| batch.problem(i).is_none()).collect();
     let each = fitted.iter().map(|&i| tolerance.of(batch, i)).filter(|tolerance| *tolerance > 0.0);

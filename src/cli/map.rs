@@ -4,9 +4,10 @@ use std::sync::Arc;
 
 use clap::{Args, ValueEnum};
 use faircurve::topology::{Crossing, Divided, Faults, Fitted, Mended, Options, Sampled, Topology};
-use faircurve::{CurveBatch, Error, Result};
+use faircurve::{CurveBatch, Deviation, Error, Result};
 
 use super::given::Given;
+use super::lengths::Length;
 use super::{count, thousands};
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
@@ -54,7 +55,7 @@ const KEEP_AREA: f64 = 0.5;
 /// The number of crossings that are named.
 const NAMED: usize = 3;
 
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct MapArgs {
     #[command(flatten)]
     given: Given,
@@ -68,7 +69,7 @@ pub struct MapArgs {
     ///
     /// By default only points that are exactly equal are one. D is in units of the input.
     #[arg(long, value_name = "D", allow_negative_numbers = true, help_heading = "Maps")]
-    snap: Option<f64>,
+    snap: Option<Length>,
     /// How borders go through points where three or more meet [default: smooth, with
     /// --preserve-area free]
     #[arg(long, value_enum, value_name = "HOW", help_heading = "Maps")]
@@ -129,7 +130,7 @@ impl MapArgs {
             )));
         }
         let mut options = Options::of(batch);
-        options.snap = self.snap.unwrap_or(options.snap);
+        options.snap = self.snap.map_or(options.snap, Length::number);
         options.fitted = match self.only {
             None | Some(Only::Paths) => Fitted::All,
             Some(Only::Coast) => Fitted::Outer,
@@ -140,6 +141,11 @@ impl MapArgs {
             options.straight = 0.0;
         }
         Topology::new(batch, &options).map(Some)
+    }
+
+    /// --snap, if it is given.
+    pub fn snap(&mut self) -> Option<&mut Deviation> {
+        self.snap.as_mut().map(|length| &mut length.0)
     }
 
     /// Checks what can be checked before anything is read.

@@ -112,8 +112,9 @@ pub struct MethodArgs {
     /// Moves no point by more than D
     ///
     /// Each curve is then as smooth, or as fair, as it can be. D is in units of the input, or a
-    /// part of each curve's size (the diagonal of the box around its points), such as 2%.
-    /// Longitudes and latitudes are in degrees, and with --surface wgs84 D is in metres.
+    /// part of each curve's size (the diagonal of the box around its points), such as 2%, or in
+    /// drawings and streamlines a length such as 0.5mm or 2px. Longitudes and latitudes are in degrees,
+    /// and with --surface wgs84 D is in metres, or 50m, 2km, 1nmi.
     #[arg(long, value_name = "D", allow_negative_numbers = true, help_heading = "Near the points")]
     deviation: Option<Deviation>,
     /// Smoothing splines of least bending within D of every point
@@ -307,6 +308,18 @@ impl MethodArgs {
         self.within
     }
 
+    /// The distances and lengths among the options.
+    pub fn lengths(&mut self) -> impl Iterator<Item = (&'static str, &mut Deviation)> {
+        let near = [("--deviation", &mut self.deviation), ("--tube", &mut self.tube), ("--within", &mut self.within)];
+        let near = near.into_iter().filter_map(|(option, distance)| Some((option, distance.as_mut()?)));
+        near.chain(self.limits.lengths().map(|(option, length)| (option, &mut length.0)))
+    }
+
+    /// Whether lengths are those on the Earth, in metres.
+    pub fn is_on_globe(&self) -> bool {
+        self.surface.is_earth()
+    }
+
     /// Whether curves keep the area of their points.
     pub fn keeps_area(&self) -> bool {
         self.limits.area()
@@ -411,12 +424,6 @@ fn all_of(words: &[String]) -> String {
 /// A deviation that makes sense.
 fn positive(option: &str, deviation: Deviation) -> Result<Deviation> {
     let number = deviation.number();
-    if matches!(deviation, Deviation::Ground(_)) && option != "--within" {
-        return Err(Error::argument(format!(
-            "{option} {deviation} is a length on the ground, which --within alone takes: give a distance in units of the input, \
-             such as 0.01, or a part of each curve's size, such as 2%"
-        )));
-    }
     if number > 0.0 && number.is_finite() {
         return Ok(deviation);
     }

@@ -16,6 +16,7 @@ mod grid;
 mod html;
 mod interrupt;
 mod jobs;
+mod lengths;
 mod machine;
 mod map;
 mod method;
@@ -89,7 +90,7 @@ const MISTYPED: usize = 2;
 const FLATNESS: f64 = 1e-3;
 
 /// What is read, and how.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 struct InputArgs {
     /// File to read, in a format that --to lists
     ///

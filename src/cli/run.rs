@@ -28,7 +28,7 @@ pub fn is_html(path: &Path) -> bool {
 }
 
 /// What every run takes.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct RunArgs {
     #[command(flatten)]
     pub device: DeviceArgs,

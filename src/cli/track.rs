@@ -15,7 +15,7 @@ use super::given::Given;
 use super::sampling::count_of;
 use super::words::one_of;
 
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct TrackArgs {
     #[command(flatten)]
     given: Given,

@@ -55,7 +55,7 @@ const TOGETHER: usize = 16;
 /// width 2 A/ℓ, if D is more, and its message says so. The parameter of the result is the batch's,
 /// or the arc length of the polygon. On spans with knots of their own it grows by the same step from knot to knot.
 ///
-/// **On the ground.** [`Deviation::Ground`] is in metres, for longitudes and latitudes. Each curve is
+/// **On the ground.** [`Deviation::Metres`] is in metres, for longitudes and latitudes. Each curve is
 /// fitted with its longitudes times the cosine of its latitude nearest to the equator, so it is
 /// within D everywhere, and from west to east within less where it is nearer to a pole: within
 /// 0.82 D at 35° of latitude, of a curve that reaches the equator. [`CurveReport::max_deviation`] is
@@ -151,20 +151,19 @@ impl Band {
     /// A distance that is not positive and finite. Weights. Constraints other than pinned points.
     pub fn fit(&self, batch: &CurveBatch, device: &Device) -> Result<Fit> {
         match self.distance {
-            Deviation::Ground(metres) if !(metres > 0.0 && metres.is_finite()) => {
+            Deviation::Metres(metres) if !(metres > 0.0 && metres.is_finite()) => {
                 return Err(Error::argument(format!(
                     "the distance is {}; it must be positive and finite",
                     self.distance
                 )));
             }
-            Deviation::Ground(_) if !batch.is_geographic() => {
+            Deviation::Metres(_) if !batch.is_geographic() && batch.metres().is_none() => {
                 return Err(Error::argument(format!(
-                    "{} is a length on the ground, and the points are not known to be longitudes and latitudes: give a number \
-                     in units of the input",
+                    "{} is a length in metres, and the unit of the points is not known: give a number in that unit",
                     self.distance
                 )));
             }
-            Deviation::Ground(_) => {}
+            Deviation::Metres(_) => {}
             distance => distance.check("to interpolate, take natural splines instead")?,
         }
         batch.allows(&[Constraint::Pinned], "curves within a band")?;
@@ -233,7 +232,7 @@ impl Band {
             return (CurveReport::unfitted(CurveStatus::Invalid, batch.sentence(i, 0, what)), None);
         };
         // In metres, if the distance is.
-        let unit = if let Deviation::Ground(metres) = self.distance { metres / asked } else { 1.0 };
+        let unit = if let Deviation::Metres(metres) = self.distance { metres / asked } else { 1.0 };
         let [allowed, found] = [distance, farthest].map(|x| x * unit);
         let mut report = CurveReport { iterations, max_deviation: found, ..CurveReport::solved(energy) };
         if distance < asked {
@@ -267,7 +266,7 @@ impl Band {
     /// The factor of the first coordinates of curve `i`: on the ground the largest cosine of its
     /// latitudes, else 1.
     fn share(&self, batch: &CurveBatch, i: usize) -> f64 {
-        if !matches!(self.distance, Deviation::Ground(_)) {
+        if !matches!(self.distance, Deviation::Metres(_)) || !batch.is_geographic() {
             return 1.0;
         }
         let latitudes = batch.points(i).iter().skip(1).step_by(batch.dimension());

@@ -105,8 +105,14 @@ fn a_deviation_may_be_a_part_of_each_curve_s_size() {
         assert!((found - allowed).abs() <= 3e-3 * allowed, "{method} {option}: {found} {allowed}");
     }
     assert_eq!(part[0]["status"], "converged");
-    let remedy = "give a distance in units of the input, such as 0.01, or a part of each curve's size, such as 2%";
-    for (wrong, said) in [("2x", "\"2x\" is no deviation"), ("2m", "--deviation 2m is a length on the ground")] {
+    for (wrong, said, remedy) in [
+        (
+            "2x",
+            "\"2x\" is no deviation",
+            "give a distance in units of the input, such as 0.01, or a part of each curve's size",
+        ),
+        ("2m", "the file does not say the unit of its coordinates", "give a number in that unit"),
+    ] {
         run(&folder, &format!("fit in.csv -o out.csv --force --method fair --deviation {wrong}"))
             .code(2)
             .stderr(contains(said).and(contains(remedy)));

@@ -81,6 +81,38 @@ fn a_smoothed_map_is_within_its_distance_and_not_much_larger() {
     }
 }
 
+#[test]
+fn a_length_with_a_unit_is_the_length_in_units_of_the_file() {
+    let folder = TempDir::new().unwrap();
+    let (traced, tracts) = (data("traced.svg"), data("tracts.trk"));
+    let rows = (0..12).map(|k| format!("a,{},{},{k}\n", 10 + k, 50 + (k * k) % 5));
+    fs::write(folder.path().join("in.csv"), format!("curve,lon,lat,t\n{}", rows.collect::<String>())).unwrap();
+    let in_metres = "--method natural --surface wgs84";
+    for (fit, given, own) in [
+        // 360 units are 1,080 pixels wide.
+        (format!("draw {traced} -o %.svg"), "--within 3px", "--within 1"),
+        (format!("draw {traced} -o %.svg"), "--within 0.03125in --tolerance 0.3px", "--within 1 --tolerance 0.1"),
+        (format!("tracts {tracts} -o %.trk"), "--deviation 0.1cm", "--deviation 1"),
+        (
+            format!("fit {tracts} -o %.tck"),
+            "--method fair --deviation 3mm --corridor 9mm",
+            "--method fair --deviation 3 --corridor 9",
+        ),
+        (format!("fit in.csv -o %.csv {in_metres}"), "--spacing 50km", "--spacing 50000"),
+    ] {
+        let words = said(&folder, &format!("{} {given} --device cpu --force", fit.replace('%', "given")));
+        assert!(words.contains("in units of the input"), "{words}");
+        run(&folder, &format!("{} {own} --device cpu --force", fit.replace('%', "own"))).code(0);
+        let extension = fit.split_once("%.").unwrap().1.split(' ').next().unwrap();
+        let [given, own] = ["given", "own"].map(|name| fs::read(folder.path().join(format!("{name}.{extension}"))));
+        assert!(given.unwrap() == own.unwrap(), "{fit}");
+    }
+    let refuse = |arguments: &str, sentence: &str| ran::refused(&folder, arguments, sentence);
+    refuse("fit in.csv -o a.csv --deviation 2km", "longitudes and latitudes are in degrees: give degrees, 1.79e-2");
+    fs::write(folder.path().join("plane.csv"), "x,y\n0,0\n1,1\n2,0\n").unwrap();
+    refuse("fit plane.csv -o a.csv --within 2mm", "--within is 2mm, and the file does not say the unit");
+}
+
 /// Two squares with a side in common, the second one of which is a lake of the name b.
 const SQUARES: &str = r#"{"type":"FeatureCollection","features":[
 {"type":"Feature","properties":{"name":"a","level":2},"geometry":{"type":"Polygon","coordinates":[[[0,0],[10,0],[10.123456789,5],[10,10],[0,10],[0.5,5],[0,0]]]}},

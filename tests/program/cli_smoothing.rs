@@ -104,7 +104,7 @@ fn within_goes_with_neither_a_surface_nor_another_distance() {
     }
     let fit = "fit in.csv -o out.csv --device cpu --force";
     for option in ["--within", "--deviation", "--tube"] {
-        run(&folder, &format!("{fit} {option} 2km")).code(2).stderr(contains("2km is a length on the ground"));
+        run(&folder, &format!("{fit} {option} 2km")).code(2).stderr(contains("does not say the unit"));
     }
 }
 

@@ -201,7 +201,7 @@ fn curves_in_space_are_within_the_distance_too() {
 #[test]
 fn a_length_on_the_ground_is_one_at_every_latitude() {
     let batch = lines("world-110m.topojson");
-    let band = Band::within(Deviation::Ground(20_000.0));
+    let band = Band::within(Deviation::Metres(20_000.0));
     let fit = band.fit(&batch, &Device::cpu()).unwrap();
     let samples = fit.polylines(Sampling::PerSpan(12));
     let mut farthest = [0.0_f64; 2];

@@ -6,6 +6,7 @@ use clap::{Args, ValueEnum};
 use faircurve::Result;
 use faircurve::discrete::{Limits, Region};
 
+use crate::cli::lengths::Length;
 use crate::cli::{count, positive};
 
 /// An axis along which curves go on.
@@ -52,7 +53,7 @@ pub struct LimitArgs {
     max_curvature: Option<f64>,
     /// Keeps the turning radius of fair curves at R or more
     #[arg(long, value_name = "R", conflicts_with = "max_curvature", allow_negative_numbers = true)]
-    min_radius: Option<f64>,
+    min_radius: Option<Length>,
     /// Lets curves turn only to the side to which their points turn; in space, twist
     ///
     /// For --method fair, natural and scf. In space the sign of torsion is kept, by fair curves
@@ -74,7 +75,7 @@ pub struct LimitArgs {
     ///
     /// A column corridor gives widths of single spans.
     #[arg(long, value_name = "D", allow_negative_numbers = true)]
-    corridor: Option<f64>,
+    corridor: Option<Length>,
     /// Keeps fair curves out of the disc around X,Y of radius R; in space X,Y,Z,R. Give it once for
     /// every disc
     #[arg(long, value_name = "X,Y,R", allow_hyphen_values = true)]
@@ -113,7 +114,13 @@ impl LimitArgs {
 
     /// The half-width of the corridor.
     pub fn corridor(&self) -> Option<f64> {
-        self.corridor
+        self.corridor.map(Length::number)
+    }
+
+    /// The lengths among them, with their options.
+    pub fn lengths(&mut self) -> impl Iterator<Item = (&'static str, &mut Length)> {
+        let options = [("--min-radius", &mut self.min_radius), ("--corridor", &mut self.corridor)];
+        options.into_iter().filter_map(|(option, length)| Some((option, length.as_mut()?)))
     }
 
     /// The words of a caption.
@@ -149,18 +156,18 @@ impl LimitArgs {
     pub fn limits(&self) -> Result<Limits> {
         for (option, value, unit) in [
             ("--max-curvature", self.max_curvature, "1/length"),
-            ("--min-radius", self.min_radius, "length"),
-            ("--corridor", self.corridor, "length"),
+            ("--min-radius", self.min_radius.map(Length::number), "length"),
+            ("--corridor", self.corridor(), "length"),
         ] {
             let why = format!("it must be a positive number, in units of {unit}, such as {option} 0.5");
             value.map_or(Ok(0.0), |value| positive(option, value, &why))?;
         }
-        let curvature = self.max_curvature.or(self.min_radius.map(|radius| 1.0 / radius));
+        let curvature = self.max_curvature.or(self.min_radius.map(|radius| 1.0 / radius.number()));
         let along = |axis: Axis| std::array::from_fn(|c| f64::from(u8::from(c == axis as usize)));
         let mut limits = Limits {
             curvature,
             shape: self.preserve_shape,
-            corridor: self.corridor,
+            corridor: self.corridor(),
             stretch: self.max_stretch,
             area: self.preserve_area,
             no_crossing: self.no_crossing,

@@ -67,6 +67,11 @@ impl SurfaceArgs {
         self.surface.as_ref().and_then(|word| word.surface.as_ref()?.kind().globe()).is_some()
     }
 
+    /// Whether it is a globe in metres.
+    pub fn is_earth(&self) -> bool {
+        self.is_globe() && self.radius.is_none()
+    }
+
     /// The words of a caption.
     pub fn title(&self) -> Option<String> {
         let name = |word: &Word| word.surface.as_ref().map_or(word.text.clone(), |surface| surface.name());

@@ -3,6 +3,7 @@
 use roxmltree::Node;
 use svgtypes::{Length, LengthUnit, ViewBox};
 
+use crate::deviation::PIXEL;
 use crate::error::quoted;
 
 /// Width and height of the nearest `<svg>`, in units of the drawing, where they are known.
@@ -31,6 +32,14 @@ impl Viewport {
             _ => width,
         }
     }
+}
+
+/// Metres in a unit of a drawing: of a pixel, unless a `viewBox` scales it to the size of the drawing.
+pub(super) fn unit(svg: Node) -> f64 {
+    let Some(Ok(ViewBox { w, h, .. })) = svg.attribute("viewBox").map(str::parse) else { return PIXEL };
+    let side = |name: &str, units: f64| Some(length(svg, name, Viewport::default()).ok()?? / units);
+    let scale = [side("width", w), side("height", h)].into_iter().flatten().filter(|scale| scale.is_normal());
+    PIXEL * scale.reduce(f64::min).unwrap_or(1.0)
 }
 
 /// A length in units of the drawing, or what is wrong with it. `None` where none is given.

@@ -23,7 +23,7 @@ use roxmltree::Node;
 
 use super::chain::{self, MOST_STEPS, Vertices};
 use super::document::{Drawing, Element};
-use super::length::Viewport;
+use super::length::{self, Viewport};
 use super::path::{self, Segment};
 use super::{shape, transform};
 use crate::batch::CurveBatch;
@@ -82,6 +82,7 @@ pub(in crate::io) fn read(source: &mut Source, options: &ReadOptions) -> Result<
         names: Some(names),
         document: Some(Arc::new(drawing)),
         notes: [passed_over, exact, hidden, in_entity].into_iter().flatten().collect(),
+        metres: Some(length::unit(root)),
         ..source.origin()
     };
     let mut batch = CurveBatch::from_file(2, curves.coords, curves.offsets, Arc::new(origin))?;

@@ -11,6 +11,9 @@ use super::{ReadOptions, close_as_marked};
 use crate::batch::CurveBatch;
 use crate::error::{Error, Result};
 
+/// Metres in a unit of streamlines.
+const MILLIMETRE: f64 = 1e-3;
+
 /// Streamlines are open, unless all curves are to be closed.
 fn as_streamlines(batch: CurveBatch, options: &ReadOptions) -> Result<CurveBatch> {
     close_as_marked(batch, options.closed, vec![])

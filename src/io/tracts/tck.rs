@@ -4,7 +4,7 @@
 use std::io::{self, Write};
 use std::sync::Arc;
 
-use super::{Bytes, as_streamlines, cut_off, streamline};
+use super::{Bytes, MILLIMETRE, as_streamlines, cut_off, streamline};
 use crate::batch::{CurveBatch, Origin};
 use crate::error::{Result, quoted};
 use crate::io::entry::Entry;
@@ -109,7 +109,8 @@ fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
     if offsets.last() != Some(&(coords.len() / 3)) {
         offsets.push(coords.len() / 3);
     }
-    let origin = Origin { document: Some(Arc::new(Header { fields, datatype })), ..source.origin() };
+    let origin =
+        Origin { document: Some(Arc::new(Header { fields, datatype })), metres: Some(MILLIMETRE), ..source.origin() };
     as_streamlines(CurveBatch::from_file(3, coords, offsets, Arc::new(origin))?, options)
 }
 

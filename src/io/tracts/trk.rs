@@ -8,7 +8,7 @@ use std::io::{self, Write};
 use std::sync::Arc;
 
 use super::space::{HEADER_BYTES, to_millimetres};
-use super::{Bytes, CutOff, as_streamlines, cut_off, streamline};
+use super::{Bytes, CutOff, MILLIMETRE, as_streamlines, cut_off, streamline};
 use crate::batch::{Column, CurveBatch, Origin, Values};
 use crate::error::{Error, Result};
 use crate::io::entry::Entry;
@@ -131,7 +131,7 @@ fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
         streamlines: offsets.len() - 1,
         properties: of_streamlines,
     };
-    let origin = Origin { document: Some(Arc::new(header)), ..source.origin() };
+    let origin = Origin { document: Some(Arc::new(header)), metres: Some(MILLIMETRE), ..source.origin() };
     let named = scalars.into_iter().chain(properties).zip(columns);
     let columns = named.map(|(name, numbers)| Column { name, values: Values::Numbers(numbers) }).collect();
     as_streamlines(CurveBatch::from_file(3, coords, offsets, Arc::new(origin))?.with_columns(columns)?, options)
