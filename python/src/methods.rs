@@ -84,7 +84,7 @@ pub fn in_surface(
     let method = SurfaceSpline {
         off_surface,
         ends: self::ends(ends)?,
-        smoothing,
+        smoothing: smoothing.map(SmoothingTarget::Lambda),
         pin_ends,
         parametrisation: self::parametrisation(parametrisation)?,
         ..SurfaceSpline::new(surface.get().shared())

@@ -99,22 +99,40 @@ impl CurveBatch {
         for &i in curves {
             keep[self.offsets[i + 1] - 1] = false;
         }
-        retain_rows(Some(Arc::make_mut(&mut self.coords).as_vec()), self.dimension, &keep);
+        self.retain_points(&keep);
+    }
+
+    fn retain_points(&mut self, keep: &[bool]) {
+        retain_rows(Some(Arc::make_mut(&mut self.coords).as_vec()), self.dimension, keep);
         let mut parameters = self.parameters.take().map(Parameters::into_vec);
-        retain_rows(parameters.as_mut(), 1, &keep);
+        retain_rows(parameters.as_mut(), 1, keep);
         self.parameters = parameters.map(Parameters::from);
-        retain_rows(self.weights.as_mut(), 1, &keep);
-        self.constraints.retain(self.dimension, &keep);
+        retain_rows(self.weights.as_mut(), 1, keep);
+        self.constraints.retain(self.dimension, keep);
         if !self.columns.is_empty() {
             let kept: Vec<usize> = (0..keep.len()).filter(|&k| keep[k]).collect();
             self.columns = columns::gather(&self.columns, &kept);
         }
-        let mut dropped = curves.iter().peekable();
-        let mut lost = 0;
-        for i in 0..self.len() {
-            lost += usize::from(dropped.next_if(|&&d| d == i).is_some());
-            self.offsets[i + 1] -= lost;
+        let (mut end, mut lost) = (0, 0);
+        for offset in &mut self.offsets {
+            lost += keep[end..*offset].iter().filter(|keep| !**keep).count();
+            (end, *offset) = (*offset, *offset - lost);
         }
+    }
+
+    /// The points that are kept, of these coordinates, with all that belongs to them. Problems are looked
+    /// for again, and lines of a file are no longer known for curves that lost points.
+    pub(crate) fn retained(&self, coords: Vec<f64>, keep: &[bool]) -> CurveBatch {
+        let mut batch = CurveBatch { coords: Arc::new(coords.into()), ..self.clone() };
+        for i in (0..self.len()).filter(|&i| keep[self.offsets[i]..self.offsets[i + 1]].contains(&false)) {
+            batch.problems.remove(&i);
+            if let Some(lines) = &mut Arc::make_mut(&mut batch.origin).first_lines {
+                lines[i] = None;
+            }
+        }
+        batch.retain_points(keep);
+        batch.check_again();
+        batch
     }
 }
 

@@ -12,6 +12,7 @@ use faircurve::picture::Picture;
 use faircurve::topology::Topology;
 use faircurve::{CurveBatch, Deviation, Device, Error, Fit, Result, Sampling};
 
+use super::clean::CleanArgs;
 use super::curves::{BEZIER_TOLERANCE, CurveArgs, Made, ROUNDING, Shape, size};
 use super::lengths::{Length, in_units_of};
 use super::map::{self, MapArgs};
@@ -91,6 +92,8 @@ pub struct FitArgs {
     #[command(flatten)]
     map: MapArgs,
     #[command(flatten)]
+    clean: CleanArgs,
+    #[command(flatten)]
     tracks: TrackArgs,
     #[command(flatten)]
     run: RunArgs,
@@ -113,6 +116,7 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     let paths_only = args.map.only_paths();
     let options = ReadOptions { carried, flatness, paths_only, selected, ..by_default };
     let batch = io::read_with(&input.input, &options)?;
+    let (batch, dropped, notes_of_cleaning) = args.clean.clean(batch)?;
     let (batch, easings) = args.tracks.easings(args.tracks.split(batch)?)?;
     let (own, notes_of_units) = args.in_units_of(&batch)?;
     let args = &own;
@@ -184,7 +188,8 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     let decimals = decimals.filter(|_| topology.is_none() || !args.map.keeps_a_part(&batch));
     let options = WriteOptions { decimals, ..args.write_options(tolerance) };
     let lambda_unit = method.lambda_unit(&batch);
-    let notes = units.into_iter().chain(notes).collect();
+    let notes = notes_of_cleaning.into_iter().chain(units).chain(notes).collect();
+    dropped.map_or(Ok(()), |dropped| args.clean.write(&dropped, args.run.force))?;
     let method = args.method.word();
     let made = Made { batch: &batch, fit: &fit, curves, options, method, picture, notes, lambda_unit };
     made.finish(run, &args.curves)
@@ -194,8 +199,9 @@ impl FitArgs {
     /// The arguments with all lengths in units of these curves, and what is to be said of those that had
     /// others.
     fn in_units_of(&self, batch: &CurveBatch) -> Result<(FitArgs, Vec<String>)> {
-        let mut own = self.clone();
-        let (on_globe, mut notes) = (self.method.is_on_globe(), Vec::new());
+        let (mut own, mut notes) = (self.clone(), Vec::new());
+        let on_earth = if batch.is_geographic() { own.method.put_on_earth() } else { None };
+        let on_globe = own.method.is_on_globe();
         let FitArgs { method, tolerance, spacing, map, .. } = &mut own;
         let of_output = match tolerance {
             Some(Tolerance::Distance(distance)) => Some(("--tolerance", distance)),
@@ -207,6 +213,9 @@ impl FitArgs {
             let on_ground = ["--within", "--tolerance"].contains(&option);
             notes.extend(in_units_of(batch, on_globe, on_ground, option, length)?);
         }
+        // Metres are metres there.
+        let notes = on_earth.map_or(notes, |note| vec![note]);
+        own.method.check_heights(batch)?;
         Ok((own, notes))
     }
 
@@ -270,7 +279,8 @@ impl FitArgs {
             positive("--comb", scale, "the scale of its quills must be a positive number, such as --comb 2")?;
         }
         io::check_output(&self.curves.output, &self.write_options(None))?;
-        self.run.check(Some(&self.curves.output), self.curves.picture.as_deref())
+        let dropped = self.clean.file().map(|file| ("--dropped", &**file));
+        self.run.check_with(Some(&self.curves.output), self.curves.picture.as_deref(), dropped)
     }
 
     fn write_options(&self, tolerance: Option<f64>) -> WriteOptions {

@@ -13,6 +13,8 @@ struct Job {
     about: &'static str,
     /// The option that must be given.
     asks: &'static str,
+    /// What it is called here, if not as in `fit`.
+    called: Option<&'static str>,
     /// Options of `fit` that its help lists, beside the common ones. It takes all.
     options: &'static [&'static str],
     /// Options of `fit` with the values that they have here.
@@ -28,6 +30,7 @@ const JOBS: [Job; 5] = [
         name: "map",
         about: "Smooth a map: borders stay shared, corners sharp, areas and long straight lines what they are",
         asks: "within",
+        called: None,
         options: &["tolerance", "corners", "only", "selected", "snap", "digits"],
         presets: &[
             ("method", "smoothing"),
@@ -43,6 +46,7 @@ const JOBS: [Job; 5] = [
         name: "draw",
         about: "Smooth a drawing: traced noise becomes few smooth Béziers, with sharp corners",
         asks: "within",
+        called: None,
         options: &["tolerance", "corners", "extremes", "only", "selected", "digits"],
         presets: &[
             ("method", "smoothing"),
@@ -59,15 +63,17 @@ const JOBS: [Job; 5] = [
         name: "track",
         about: "Smooth tracks in time, within a distance of every point; other columns travel along",
         asks: "tube",
-        options: &["columns", "gap", "every", "at", "write", "tolerance"],
-        presets: &[("method", "smoothing"), ("carry", "all")],
-        examples: "  faircurve track storms.csv -o smooth.csv --tube 0.2
-  faircurve track ships.csv -o hourly.csv --columns curve=mmsi,x=lon,y=lat,t=time --tube 0.01 --gap 6h --every 1h",
+        called: Some("within"),
+        options: &["within_height", "columns", "max_speed", "stops", "dropped", "gap", "every", "at", "write"],
+        presets: &[("method", "smoothing"), ("pin", "none"), ("carry", "all"), ("duplicates", "first")],
+        examples: "  faircurve track run.csv -o smooth.csv --within 5m --write speed
+  faircurve track ships.csv -o hourly.csv --columns curve=mmsi,x=lon,y=lat,t=time --within 50m --gap 6h --every 1h",
     },
     Job {
         name: "path",
         about: "Plan paths through points, or near them, that turn no sharper than a radius",
         asks: "min_radius",
+        called: None,
         options: &["deviation", "corridor", "keep_in", "keep_out", "no_crossing", "tolerance", "spacing", "write"],
         presets: &[("method", "fair")],
         examples: "  faircurve path route.csv -o drive.csv --min-radius 5 --deviation 1
@@ -77,6 +83,7 @@ const JOBS: [Job; 5] = [
         name: "tracts",
         about: "Smooth streamlines within a distance of every point, in millimetres",
         asks: "deviation",
+        called: None,
         options: &["points", "tolerance", "write"],
         presets: &[("method", "smoothing")],
         examples: "  faircurve tracts brain.trk -o smooth.trk --deviation 1
@@ -104,6 +111,15 @@ pub fn expanded(arguments: Vec<OsString>, matches: &ArgMatches) -> Vec<OsString>
     let presets = job.presets.iter().filter(|(option, _)| !gives_way(option));
     let presets = presets.flat_map(|(option, value)| [format!("--{option}"), value.to_string()]);
     let mut expanded = arguments;
+    if let Some(called) = job.called {
+        let (here, there) = (format!("--{called}"), format!("--{}", job.asks));
+        for word in expanded[place + 1..].iter_mut() {
+            let text = word.to_string_lossy();
+            if *text == here || text.starts_with(&format!("{here}=")) {
+                *word = text.replacen(&here, &there, 1).into();
+            }
+        }
+    }
     expanded.splice(place..=place, ["fit".to_string()].into_iter().chain(presets).map(OsString::from));
     if own.get_flag("verbose") {
         let words = expanded[1..].iter().map(|word| quoted(&word.to_string_lossy()));
@@ -115,7 +131,8 @@ pub fn expanded(arguments: Vec<OsString>, matches: &ArgMatches) -> Vec<OsString>
 impl Job {
     fn command(&self) -> Command {
         let fit = FitArgs::augment_args(Command::new(""));
-        let arguments = fit.get_arguments().map(|argument| self.argument(argument));
+        let taken = |argument: &&Arg| self.called != Some(argument.get_id().as_str());
+        let arguments = fit.get_arguments().filter(taken).map(|argument| self.argument(argument));
         Command::new(self.name).about(self.about).args(arguments).after_help(format!(
             "Examples:\n{}\n\n-v prints the fit command that it is short for. The other options of faircurve fit work here, too.",
             self.examples
@@ -141,7 +158,10 @@ impl Job {
             own = own.value_names(argument.get_value_names().unwrap_or_default().iter().map(|name| name.to_string()));
         }
         if let Some(long) = argument.get_long() {
-            own = own.long(long.to_string());
+            own = match self.called.filter(|_| id == self.asks) {
+                Some(called) => own.long(called).alias(long.to_string()),
+                None => own.long(long.to_string()),
+            };
         }
         match argument.get_short() {
             Some(short) => own.short(short),

@@ -13,7 +13,7 @@ use clap::{Args, ValueEnum};
 use faircurve::discrete::{Pins, Solver};
 use faircurve::scf::Smooth;
 use faircurve::spline::{Band, Corners, Natural, Parametrisation, Smoothing, SmoothingTarget};
-use faircurve::{Deviation, Error, Result};
+use faircurve::{CurveBatch, Deviation, Error, Result};
 
 pub use self::chosen::Method;
 pub use self::energy::weights;
@@ -21,6 +21,7 @@ use self::energy::{EnergyWeights, energy_help};
 use self::limits::LimitArgs;
 use self::surface::SurfaceArgs;
 use super::given::Given;
+use super::lengths::Length;
 use super::words::one_of;
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
@@ -123,6 +124,9 @@ pub struct MethodArgs {
     /// --deviation.
     #[arg(long, value_name = "D", conflicts_with_all = ["smoothing", "deviation"], allow_negative_numbers = true, help_heading = "Near the points")]
     tube: Option<Deviation>,
+    /// Keeps smoothed heights of longitudes and latitudes within H of those given
+    #[arg(long, value_name = "H", allow_negative_numbers = true, help_heading = "Near the points")]
+    within_height: Option<Length>,
     /// Smooth curves within D of the whole polygon, and the polygon within D of them
     ///
     /// For maps and drawings, where the lines between points count. Long straight lines stay
@@ -195,7 +199,7 @@ impl MethodArgs {
     /// The method asked for by its name, or by an option that only makes sense with it.
     pub fn name(&self) -> MethodName {
         let near = [self.deviation, self.tube, self.within].iter().any(Option::is_some) || self.smoothing.is_some();
-        let is_smoothed_in_surface = self.surface.is_given() && self.smoothing.is_some();
+        let is_smoothed_in_surface = self.surface.is_given() && (self.smoothing.is_some() || self.tube.is_some());
         let has_limits = !self.given.of::<LimitArgs>().is_empty() || self.surface.is_given();
         self.method.unwrap_or(match (has_limits && !is_smoothed_in_surface, near) {
             (true, _) => MethodName::Fair,
@@ -276,20 +280,45 @@ impl MethodArgs {
                 Ok(Method::Band(Band { pin_ends: self.pin != Some(Pins::None), corners, ..band }))
             }
             MethodName::Smoothing => {
-                let target = match (self.lambda()?, self.deviation, self.tube) {
-                    (Some(lambda), ..) => SmoothingTarget::Lambda(lambda),
-                    (_, Some(deviation), _) => SmoothingTarget::Deviation(positive("--deviation", deviation)?),
-                    (_, _, Some(tube)) => SmoothingTarget::Tube(positive("--tube", tube)?),
-                    (None, None, None) => {
-                        return Err(Error::argument(
-                            "--method smoothing needs to know how far: give --smoothing λ (such as --smoothing 0.1) \
-                             or --deviation D (such as --deviation 0.01, in units of the input), or --tube D or --within D",
-                        ));
-                    }
-                };
+                let target = self.smoothing_target()?;
                 let pin_ends = self.pin != Some(Pins::None);
                 Ok(Method::Smoothing(Smoothing { target, pin_ends, parametrisation }))
             }
+        }
+    }
+
+    /// How much is smoothed.
+    fn smoothing_target(&self) -> Result<SmoothingTarget> {
+        match (self.lambda()?, self.deviation, self.tube) {
+            (Some(lambda), ..) => Ok(SmoothingTarget::Lambda(lambda)),
+            (_, Some(deviation), _) => Ok(SmoothingTarget::Deviation(positive("--deviation", deviation)?)),
+            (_, _, Some(tube)) => Ok(SmoothingTarget::Tube(positive("--tube", tube)?)),
+            (None, None, None) => Err(Error::argument(
+                "--method smoothing needs to know how far: give --smoothing λ (such as --smoothing 0.1) or --deviation D (such as \
+                 --deviation 0.01, in units of the input), or --tube D or --within D",
+            )),
+        }
+    }
+
+    /// Puts smoothing splines on the Earth if their distance is one on the ground. Returns what is to be
+    /// said.
+    pub fn put_on_earth(&mut self) -> Option<String> {
+        let distance = self.tube.or(self.deviation).filter(|own| matches!(own, Deviation::Metres(_)))?;
+        if self.surface.is_given() || self.name() != MethodName::Smoothing {
+            return None;
+        }
+        self.surface = SurfaceArgs::wgs84();
+        Some(format!("{distance} is on the ground: lengths and speeds are in metres, as with --surface wgs84"))
+    }
+
+    /// Checks that there are heights to smooth.
+    pub fn check_heights(&self, batch: &CurveBatch) -> Result<()> {
+        match self.within_height {
+            Some(height) if !self.surface.is_globe() || batch.dimension() == 2 => Err(Error::argument(format!(
+                "--within-height {height} is of heights of longitudes and latitudes on the ground: give a column z, and \
+                 --surface wgs84 or a distance in metres"
+            ))),
+            _ => Ok(()),
         }
     }
 
@@ -311,7 +340,8 @@ impl MethodArgs {
     /// The distances and lengths among the options.
     pub fn lengths(&mut self) -> impl Iterator<Item = (&'static str, &mut Deviation)> {
         let near = [("--deviation", &mut self.deviation), ("--tube", &mut self.tube), ("--within", &mut self.within)];
-        let near = near.into_iter().filter_map(|(option, distance)| Some((option, distance.as_mut()?)));
+        let height = self.within_height.iter_mut().map(|length| ("--within-height", &mut length.0));
+        let near = near.into_iter().filter_map(|(option, distance)| Some((option, distance.as_mut()?))).chain(height);
         near.chain(self.limits.lengths().map(|(option, length)| (option, &mut length.0)))
     }
 
@@ -394,6 +424,7 @@ impl MethodArgs {
                 | "--parametrisation" | "--surface" | "--radius" | "--off-surface" => MethodName::value_variants(),
                 "--exponent" | "--solver" | "--starts" => &[Fair, Scf],
                 "--corners" => &[Fair, MethodName::Smoothing],
+                "--within-height" => &[MethodName::Smoothing],
                 "--tension" => &[Scf],
                 "--max-iterations" | "--convergence" => &[Fair, Scf, Geodesic],
                 "--preserve-shape" => &[Fair, Natural, Scf],

@@ -4,6 +4,7 @@
 //! stderr.
 
 mod bezier;
+mod clean;
 mod compare;
 mod costs;
 mod curves;

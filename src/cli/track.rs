@@ -215,7 +215,7 @@ impl Samples<'_> {
 }
 
 /// A length of time: a number in units of t, or with units where t holds dates.
-fn time(option: &str, text: &str, batch: &CurveBatch) -> Result<f64> {
+pub fn time(option: &str, text: &str, batch: &CurveBatch) -> Result<f64> {
     let wrong = |why: &str| Error::argument(format!("{option} is {text}; {why}"));
     let positive = |t: f64| match t > 0.0 && t.is_finite() {
         true => Ok(t),

@@ -3,6 +3,7 @@
 mod acceleration;
 mod course;
 mod curves;
+mod on_globe;
 mod setup;
 mod velocities;
 
@@ -39,8 +40,12 @@ use crate::surface::{Globe, Surface};
 /// cubics. The parameter is kept: if it is a time, the motion along the track is smooth too.
 /// Splines are C² in it.
 ///
-/// With [`smoothing`](Self::smoothing) they minimise Σ w_i |p_i − x(t_i)|² + λ ∫ |P x″|² dt, as
+/// With a λ of [`smoothing`](Self::smoothing) they minimise Σ w_i |p_i − x(t_i)|² + λ ∫ |P x″|² dt, as
 /// [`Smoothing`](super::Smoothing) does in space. Distances are straight, not along the surface.
+///
+/// With a distance they are those of [`Smoothing`](super::Smoothing) within it, on a [`Globe`] alone: in
+/// a plane onto which the globe is mapped conformally about the great circle nearest to the track, with a
+/// radius on the ground for every point. Distances are kept exactly. The energy is that of the plane.
 ///
 /// Natural ends have no covariant acceleration. An end with a tangent is clamped: the tangent is x′
 /// there, in units of the input per unit of t. Only its part along the surface counts. In a globe
@@ -88,8 +93,12 @@ pub struct SurfaceSpline {
     /// The largest distance of a data point from the surface, in units of the input. `None`, the
     /// default, is a thousandth of the curve's size. Nearer points are moved onto it.
     pub off_surface: Option<f64>,
-    /// λ ≥ 0 of smoothing, as [`SmoothingTarget::Lambda`]. `None`, the default, and 0 interpolate.
-    pub smoothing: Option<f64>,
+    /// How much is smoothed. `None`, the default, and λ = 0 interpolate. Distances are in metres for
+    /// [`Deviation::Metres`](crate::Deviation::Metres), and else in the unit of the globe.
+    pub smoothing: Option<SmoothingTarget>,
+    /// How much heights are smoothed. `None`, the default, smooths them by the λ of
+    /// [`smoothing`](Self::smoothing), and goes through them with a distance.
+    pub heights: Option<SmoothingTarget>,
     /// Whether smoothed open curves keep their end points. No by default.
     pub pin_ends: bool,
     /// Conditions at the ends of open curves; by default clamped where a tangent is given, else
@@ -118,6 +127,7 @@ impl SurfaceSpline {
             surface,
             off_surface: None,
             smoothing: None,
+            heights: None,
             pin_ends: false,
             ends: Ends::Auto,
             parametrisation: Parametrisation::Auto,
@@ -162,12 +172,26 @@ impl SurfaceSpline {
 
     fn check(&self, batch: &CurveBatch) -> Result<()> {
         let refuse = |why: String| Err(Error::Argument(why));
-        if let Some(lambda) = self.smoothing
-            && !(lambda >= 0.0 && lambda.is_finite())
-        {
-            return refuse(format!(
-                "the smoothing factor λ is {lambda}; it must be finite and at least 0: give another"
-            ));
+        let on_globe = self.surface.kind().globe().is_some();
+        for target in [self.smoothing, self.heights].into_iter().flatten() {
+            match target {
+                SmoothingTarget::Lambda(lambda) if !(lambda >= 0.0 && lambda.is_finite()) => {
+                    return refuse(format!(
+                        "the smoothing factor λ is {lambda}; it must be finite and at least 0: give another"
+                    ));
+                }
+                SmoothingTarget::Deviation(own) | SmoothingTarget::Tube(own)
+                    if !(own.number() > 0.0 && own.number().is_finite()) =>
+                {
+                    return refuse(format!("the distance is {own}; it must be positive and finite: give another"));
+                }
+                SmoothingTarget::Deviation(own) | SmoothingTarget::Tube(own) if !on_globe => {
+                    return refuse(format!(
+                        "splines within {own} of their points lie on a globe, and this surface is none: give λ"
+                    ));
+                }
+                _ => {}
+            }
         }
         if self.parts == 0 {
             return refuse("a spline of 0 parts a span has no unknowns: give 1 at least".into());
@@ -177,7 +201,10 @@ impl SurfaceSpline {
         }
         ground::check(batch, &*self.surface, self.off_surface)?;
         batch.allows(&[Constraint::Pinned, Constraint::Tangents], "splines in a surface")?;
-        let has_heights = self.surface.kind().globe().is_some() && batch.dimension() == 3;
+        if self.is_near() && batch.constraints().tangents.is_some() {
+            return refuse("splines within a distance of their points meet no tangents: leave the tangents out".into());
+        }
+        let has_heights = on_globe && batch.dimension() == 3;
         if has_heights && self.lambda().is_some() && batch.constraints().tangents.is_some() {
             return refuse(
                 "smoothing splines of heights have natural ends, and meet no tangents: leave the tangents out, or the heights"
@@ -189,14 +216,23 @@ impl SurfaceSpline {
 
     /// Fits curves whose points are on the surface. Unfitted curves come out as their points in
     /// `given`.
-    fn fit_points(&self, batch: &CurveBatch, given: &CurveBatch) -> Result<(SurfaceCurves, Vec<CurveReport>)> {
-        let coincident = if self.lambda().is_some() { Coincident::Average } else { Coincident::Refuse };
+    fn fit_points(
+        &self,
+        globe: Option<Globe>,
+        batch: &CurveBatch,
+        given: &CurveBatch,
+    ) -> Result<(SurfaceCurves, Vec<CurveReport>)> {
+        let coincident =
+            if self.lambda().is_some() || self.is_near() { Coincident::Average } else { Coincident::Refuse };
         let mut knots = Knots::new(batch, self.parametrisation, coincident)?;
+        let near = globe.filter(|_| self.is_near());
         let velocities = self.velocities(batch, &mut knots);
-        let starts = self.starts(&knots, &velocities)?;
-        let found = parallel::map(batch.len(), 1, |i| match knots.unfitted.get(&i) {
-            Some(problem) => Err(problem.clone()),
-            None => self.find(batch, &knots, i, &starts, velocities[i]),
+        let starts = if near.is_none() { Some(self.starts(&knots, &velocities)?) } else { None };
+        let found = parallel::map(batch.len(), 1, |i| match (knots.unfitted.get(&i), near, &starts) {
+            (Some(problem), ..) => Err(problem.clone()),
+            (_, _, Some(starts)) => self.find(batch, &knots, i, starts, velocities[i]),
+            (_, Some(globe), _) => self.near_on(globe, batch, &knots, i),
+            _ => unreachable!("a spline starts, or is near its points"),
         });
         let (mut reports, mut problems) = (Vec::with_capacity(batch.len()), BTreeMap::new());
         for (i, found) in found.iter().enumerate() {
@@ -221,7 +257,15 @@ impl SurfaceSpline {
 
     /// λ of smoothing splines. `None` for splines through the points.
     fn lambda(&self) -> Option<f64> {
-        self.smoothing.filter(|lambda| *lambda > 0.0)
+        match self.smoothing {
+            Some(SmoothingTarget::Lambda(lambda)) if lambda > 0.0 => Some(lambda),
+            _ => None,
+        }
+    }
+
+    /// Whether curves are within a distance of their points.
+    fn is_near(&self) -> bool {
+        matches!(self.smoothing, Some(SmoothingTarget::Deviation(_) | SmoothingTarget::Tube(_)))
     }
 
     fn parts_per_span(&self) -> usize {
@@ -241,7 +285,7 @@ impl SurfaceMethod for SurfaceSpline {
         _: &Device,
     ) -> Result<(SurfaceCurves, Vec<CurveReport>, DeviceReport)> {
         let within = SurfaceSpline { surface: surface.clone(), ..self.clone() };
-        let (curves, reports) = within.fit_points(batch, given)?;
+        let (curves, reports) = within.fit_points(self.surface.kind().globe(), batch, given)?;
         Ok((curves, reports, Device::cpu().report(true)?))
     }
 
@@ -259,8 +303,8 @@ impl SurfaceMethod for SurfaceSpline {
         }
         let heights = ground::heights(batch, t, closing)?;
         let (parametrisation, pin_ends) = (Parametrisation::Given, self.pin_ends);
-        if let Some(lambda) = self.lambda() {
-            let smoothing = Smoothing { target: SmoothingTarget::Lambda(lambda), pin_ends, parametrisation };
+        if let Some(target) = self.heights.or(self.lambda().map(SmoothingTarget::Lambda)) {
+            let smoothing = Smoothing { target, pin_ends, parametrisation };
             return smoothing.fit(&heights, &Device::cpu());
         }
         let rise = |tangent: &[f64]| [if tangent[0].is_nan() { f64::NAN } else { tangent[2] }, 0.0];

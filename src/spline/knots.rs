@@ -86,6 +86,9 @@ pub(crate) struct Knots {
     /// within the curve) of every data point, and for a closed curve of its first point again at
     /// the end.
     pub repeats: BTreeMap<usize, Vec<u32>>,
+    /// The radius of every data point within which a curve near it goes, in units of the distance asked
+    /// for: by default 1.
+    pub radii: Option<Vec<f64>>,
     /// Why curves own no entry.
     pub unfitted: BTreeMap<usize, Unfitted>,
 }
@@ -146,6 +149,7 @@ impl Knots {
             weights: averages.then(Vec::new),
             closed: (0..batch.len()).map(|i| batch.is_closed(i)).collect(),
             repeats: BTreeMap::new(),
+            radii: None,
             unfitted: BTreeMap::new(),
         };
         let total = knots.offsets[batch.len()];
@@ -190,6 +194,7 @@ impl Knots {
             weights: None,
             closed: vec![false; batch.len()],
             repeats: BTreeMap::new(),
+            radii: None,
             unfitted: BTreeMap::new(),
         })
     }

@@ -247,8 +247,8 @@ impl Smoother {
         finite
     }
 
-    /// Largest distance from a data point to the curve's point of its parameter, and which point
-    /// that is.
+    /// Largest distance from a data point to the curve's point of its parameter, by its radius, and
+    /// which point that is.
     fn deviation(&self, slot: &Slot) -> (f64, usize) {
         let d = slot.knots.dimension;
         let points = slot.batch.points(slot.curve);
@@ -259,7 +259,8 @@ impl Smoother {
             // A closed curve's last entry is its first knot again.
             let entry = entries.map_or(k, |entries| entries[k] as usize % count);
             let knot = &self.candidate[entry * d..(entry + 1) * d];
-            let square: f64 = point.iter().zip(knot).map(|(a, b)| ((a - b) / self.size).powi(2)).sum();
+            let unit = self.size * slot.radius(k);
+            let square: f64 = point.iter().zip(knot).map(|(a, b)| ((a - b) / unit).powi(2)).sum();
             if square > worst {
                 (worst, at) = (square, k);
             }
@@ -358,6 +359,11 @@ impl Smoother {
 }
 
 impl Slot<'_> {
+    /// The radius of a data point, in units of the distance asked for.
+    fn radius(&self, k: usize) -> f64 {
+        self.knots.radii.as_ref().map_or(1.0, |radii| radii[self.batch.offsets()[self.curve] + k])
+    }
+
     /// The report of a curve that misses its target.
     fn not_converged(&self, point: usize, what: &str, report: CurveReport) -> CurveReport {
         let message = Some(self.batch.sentence(self.curve, point, what));

@@ -56,6 +56,20 @@ impl Smoothing {
         self.fit_each(batch, device, &|_| *self)
     }
 
+    /// [`fit_splines`](Self::fit_splines) on the CPU, with a radius for every data point in units of the
+    /// distance asked for. Reported deviations are in these units, too.
+    pub(crate) fn fit_with_radii(
+        &self,
+        batch: &CurveBatch,
+        radii: Vec<f64>,
+    ) -> Result<(CubicSplines, Vec<CurveReport>)> {
+        self.check(batch)?;
+        let mut knots = Knots::new(batch, self.parametrisation, Coincident::Average)?;
+        knots.radii = Some(radii);
+        let (second, reports) = fit_on_cpu(&|_| *self, batch, &mut knots, &Device::cpu());
+        Ok((CubicSplines::new(batch, knots, second), reports))
+    }
+
     /// [`fit_splines`](Self::fit_splines) with options per curve, which differ from these only in
     /// the number of their target.
     pub(crate) fn fit_each(

@@ -47,11 +47,13 @@ const TO_BOUNDARY: f64 = 0.99;
 const STALLED: f64 = 1e-6;
 
 /// A data point: the knot that it holds, and its offset, centre of the knot minus point, in units
-/// of D: shorter than 1.
+/// of its radius: shorter than 1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Disc {
     pub knot: usize,
     pub offset: DVec3,
+    /// D by the radius of the point: 1 where it may be missed by D.
+    pub scale: f64,
 }
 
 /// The problem of one curve.
@@ -166,9 +168,9 @@ impl Scaling {
         self.times(x, 1.0 / self.size, -1.0)
     }
 
-    /// W⁻¹ for vectors without a head: d + 1 rows of d numbers. Those beyond are not read.
-    fn rows(&self) -> [[f64; 3]; 4] {
-        let columns = [DVec3::X, DVec3::Y, DVec3::Z].map(|tail| self.invert(&Cone { head: 0.0, tail }));
+    /// W⁻¹ for vectors without a head, by a scale: d + 1 rows of d numbers. Those beyond are not read.
+    fn rows(&self, scale: f64) -> [[f64; 3]; 4] {
+        let columns = [DVec3::X, DVec3::Y, DVec3::Z].map(|tail| self.invert(&Cone { head: 0.0, tail: tail * scale }));
         std::array::from_fn(|r| columns.map(|column| if r == 0 { column.head } else { column.tail[r - 1] }))
     }
 }
@@ -216,7 +218,7 @@ impl Tube<'_> {
                 scalings[k] = Scaling::new(&point.s[k], &point.z[k]);
                 scaled[k] = scalings[k].apply(&point.z[k]);
             }
-            rows.factor(self.discs.iter().zip(&scalings).map(|(disc, scaling)| (disc.knot, scaling.rows())));
+            rows.factor(self.discs.iter().zip(&scalings).map(|(disc, scaling)| (disc.knot, scaling.rows(disc.scale))));
             // Predictor and corrector.
             let mu = gap / point.s.len() as f64;
             let affine = self.direction(&rows, &energies, &scalings, &scaled, scaled.clone());
@@ -255,7 +257,8 @@ impl Tube<'_> {
         for disc in self.discs {
             points[disc.knot] += 1.0;
         }
-        let forces: Vec<DVec3> = self.discs.iter().map(|disc| self.moved(&force, disc) / points[disc.knot]).collect();
+        let forces: Vec<DVec3> =
+            self.discs.iter().map(|disc| self.moved(&force, disc) / (points[disc.knot] * disc.scale.powi(2))).collect();
         let mean = forces.iter().map(|force| force.length()).sum::<f64>() / self.discs.len().max(1) as f64;
         let dual = |force: &DVec3| Cone { head: force.length() + mean.max(HALF_STRAIGHT), tail: *force };
         let s = self.discs.iter().map(|disc| Cone { head: 1.0, tail: disc.offset }).collect();
@@ -276,7 +279,7 @@ impl Tube<'_> {
         for (k, disc) in self.discs.iter().enumerate() {
             let pull = scalings[k].invert(&target[k].plus(-1.0, &scaled[k]));
             for c in 0..d {
-                rhs[2 * d * disc.knot + c] -= pull.tail[c];
+                rhs[2 * d * disc.knot + c] -= disc.scale * pull.tail[c];
             }
         }
         let x = rows.solve(&rhs, |x, out| {
@@ -284,7 +287,7 @@ impl Tube<'_> {
                 let moved = Cone { head: 0.0, tail: self.moved(x, disc) };
                 let twice = scalings[k].invert(&scalings[k].invert(&moved));
                 for c in 0..d {
-                    out[2 * d * disc.knot + c] += twice.tail[c];
+                    out[2 * d * disc.knot + c] += disc.scale * twice.tail[c];
                 }
             }
         });
@@ -298,8 +301,8 @@ impl Tube<'_> {
         way
     }
 
-    /// The part of a state that a disc sees: the move of its knot.
+    /// The part of a state that a disc sees: the move of its knot, in units of its radius.
     fn moved(&self, x: &[f64], disc: &Disc) -> DVec3 {
-        vector(&x[2 * self.dimension * disc.knot..][..self.dimension])
+        vector(&x[2 * self.dimension * disc.knot..][..self.dimension]) * disc.scale
     }
 }

@@ -18,6 +18,9 @@ pub struct Globe {
     pub polar: f64,
 }
 
+/// Steps that find a latitude from an isometric one. On the Earth three are enough.
+const ROUNDS: usize = 8;
+
 impl Globe {
     /// The ellipsoid of the World Geodetic System 1984, in metres.
     pub const WGS84: Globe = Globe { equatorial: 6_378_137.0, polar: 6_356_752.314_245_179 };
@@ -57,6 +60,62 @@ impl Globe {
         let (across, along) = (a * cos_lat, b * sin_lat);
         let root = across.hypot(along);
         DVec3::new(a * across * cos_lon, a * across * sin_lon, b * along) / root
+    }
+
+    /// The square of the eccentricity, negative if the poles are farther than the equator.
+    pub(crate) fn eccentricity(&self) -> f64 {
+        (self.equatorial - self.polar) * (self.equatorial + self.polar) / self.equatorial.powi(2)
+    }
+
+    /// e atanh(e sin φ), by which the isometric latitude of the ellipsoid differs from that of a sphere.
+    fn flattening(&self, sin: f64) -> f64 {
+        let square = self.eccentricity();
+        let e = square.abs().sqrt();
+        if square >= 0.0 { e * (e * sin).atanh() } else { -e * (e * sin).atan() }
+    }
+
+    /// The point of the unit sphere of a place, under the conformal map of the globe, and the length on
+    /// the globe of a unit of the sphere there.
+    pub(crate) fn onto_sphere(&self, place: DVec3) -> (DVec3, f64) {
+        let (a, b) = (self.equatorial, self.polar);
+        let across = place.x.hypot(place.y);
+        let (sin, cos) = (place.z * (a / b), across * (b / a));
+        let (sin, cos) = (sin / sin.hypot(cos), cos / sin.hypot(cos));
+        let isometric = (sin / cos).asinh() - self.flattening(sin);
+        let (out, height) = (1.0 / isometric.cosh(), isometric.tanh());
+        let east = if across > 0.0 { DVec3::new(place.x, place.y, 0.0) / across } else { DVec3::X };
+        (east * out + DVec3::Z * height, self.scale(sin, cos))
+    }
+
+    /// The place of a point of the unit sphere, and the velocity there of one on the sphere.
+    pub(crate) fn place_of(&self, point: DVec3, velocity: DVec3) -> (DVec3, DVec3) {
+        let across = point.x.hypot(point.y);
+        let out = if across > 0.0 { DVec3::new(point.x, point.y, 0.0) / across } else { DVec3::X };
+        let isometric = (point.z / across).asinh();
+        // Newton's method for the isometric latitude of a sphere with the same latitude.
+        let (mut own, square) = (isometric, self.eccentricity());
+        for _ in 0..ROUNDS {
+            let sin = own.tanh();
+            let step = (own - self.flattening(sin) - isometric) * (1.0 - square * sin * sin) / (1.0 - square);
+            own -= if step.is_finite() { step } else { 0.0 };
+        }
+        let (sin, cos) = (own.tanh(), 1.0 / own.cosh());
+        let (a, b) = (self.equatorial, self.polar);
+        let root = (a * cos).hypot(b * sin);
+        let place = out * (a * (a * cos / root)) + DVec3::Z * (b * (b * sin / root));
+        let east = DVec3::new(-out.y, out.x, 0.0);
+        let [north_there, north] = [(point.z, across), (sin, cos)].map(|(sin, cos)| DVec3::Z * cos - out * sin);
+        let scale = self.scale(sin, cos);
+        (place, (east * velocity.dot(east) + north * velocity.dot(north_there)) * scale)
+    }
+
+    /// The scale of the conformal map at a latitude: N cos φ / cos χ, with cos φ and cos χ of isometric
+    /// latitudes that differ by the flattening.
+    fn scale(&self, sin: f64, cos: f64) -> f64 {
+        let a = self.equatorial;
+        let (c, twice) = (self.flattening(sin.abs()), -2.0 * (sin.abs() / cos).asinh());
+        let root = (a * cos).hypot(self.polar * sin);
+        a * (a / root) * ((-c).exp() + (c + twice).exp()) / (1.0 + twice.exp())
     }
 
     /// The unit vectors to the east and to the north at a longitude and a latitude, in degrees.

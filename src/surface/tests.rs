@@ -94,3 +94,27 @@ fn tori_that_meet_themselves_are_refused_with_a_sentence() {
         assert!(Torus::new(major, minor).unwrap_err().to_string().contains(what));
     }
 }
+
+#[test]
+fn globes_are_mapped_onto_a_sphere_with_one_scale_at_a_place() {
+    for globe in [Globe::WGS84, Globe::sphere(2.0).unwrap(), Globe { equatorial: 1.0, polar: 1.3 }] {
+        for [longitude, latitude] in [[10.0, 0.0], [-170.0, 52.0], [80.0, -89.99999], [30.0, 90.0], [0.0, -90.0]] {
+            let place = globe.place(longitude, latitude);
+            let (point, scale) = globe.onto_sphere(place);
+            let (again, _) = globe.place_of(point, DVec3::ZERO);
+            assert!(
+                (point.length() - 1.0).abs() < 1e-15 && again.distance(place) < 3e-9 * place.length(),
+                "{again} {place}"
+            );
+            for across in [point.any_orthonormal_pair().0, point.any_orthonormal_pair().1] {
+                let h = 1e-5;
+                let at = |h: f64| globe.place_of((point + h * across).normalize(), DVec3::ZERO).0;
+                let wanted = (at(h) - at(-h)) / (2.0 * h);
+                let (_, velocity) = globe.place_of(point, across);
+                assert!((wanted.length() / scale - 1.0).abs() < 1e-7, "{latitude}: {} {scale}", wanted.length());
+                let is_pole = latitude.abs() == 90.0;
+                assert!(is_pole || wanted.distance(velocity) < 1e-6 * scale, "{latitude}: {wanted} {velocity}");
+            }
+        }
+    }
+}

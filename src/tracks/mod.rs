@@ -1,6 +1,6 @@
 //! Tracks: curves whose parameters are times.
 //!
-//! [`split`] cuts tracks at gaps in time. [`sample`] samples fitted tracks at times or along their
+//! [`clean`] drops points that are no fixes. [`split`] cuts tracks at gaps in time. [`sample`] samples fitted tracks at times or along their
 //! length, with interpolated columns ([`Column`](crate::Column)) and quantities such as the speed
 //! ([`Quantity`]).
 //!
@@ -23,11 +23,13 @@
 //! ```
 
 mod carried;
+mod clean;
 mod easing;
 mod gaps;
 mod quantities;
 mod sample;
 
+pub use clean::{Cleaned, Cleaning, Dropped, Duplicates, Stops, clean};
 pub use easing::Easing;
 pub use gaps::split;
 pub use quantities::Quantity;

@@ -438,5 +438,5 @@ fn tolerances_that_make_no_sense_are_refused_with_a_sentence() {
     refused("--tolerance auto", "--tolerance auto is a part of --within");
     refused("--within 1 --tolerance 2", "--tolerance 2 is a part of --within 1: give less, in the same unit");
     refused("--within 1 --tolerance 1%", "--tolerance 1% is a part of --within 1: give less, in the same unit");
-    refused("--tolerance 1km", "--tolerance 1km is a length on the ground");
+    refused("--tolerance 1km", "does not say the unit of its coordinates");
 }

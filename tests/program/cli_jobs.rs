@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use super::ran::{self, folder, run};
+use faircurve::surface::Globe;
 use faircurve::{CurveBatch, io};
 use predicates::prelude::*;
 use predicates::str::contains;
@@ -108,7 +109,10 @@ fn a_length_with_a_unit_is_the_length_in_units_of_the_file() {
         assert!(given.unwrap() == own.unwrap(), "{fit}");
     }
     let refuse = |arguments: &str, sentence: &str| ran::refused(&folder, arguments, sentence);
-    refuse("fit in.csv -o a.csv --deviation 2km", "longitudes and latitudes are in degrees: give degrees, 1.79e-2");
+    refuse(
+        "fit in.csv -o a.csv --method fair --deviation 2km",
+        "longitudes and latitudes are in degrees: give degrees, 1.79e-2",
+    );
     fs::write(folder.path().join("plane.csv"), "x,y\n0,0\n1,1\n2,0\n").unwrap();
     refuse("fit plane.csv -o a.csv --within 2mm", "--within is 2mm, and the file does not say the unit");
 }
@@ -247,7 +251,7 @@ fn traced_noise_becomes_few_cubics_with_the_shapes_corners() {
 fn tracks_paths_and_tracts_do_their_jobs_by_default() {
     let folder = TempDir::new().unwrap();
     let storms = data("storms.csv.gz");
-    run(&folder, &format!("track {storms} -o s.csv --columns curve=id,x=lon,y=lat,t=hours --tube 0.6 --device cpu"))
+    run(&folder, &format!("track {storms} -o s.csv --columns curve=id,x=lon,y=lat,t=hours --within 0.6 --device cpu"))
         .code(0);
     assert!(text(&folder, "s.csv").lines().next().unwrap().contains("wind"), "other columns travel along");
     run(&folder, &format!("tracts {} -o t.trk --deviation 1 --points 20 --device cpu", data("tracts.trk"))).code(0);
@@ -256,6 +260,42 @@ fn tracks_paths_and_tracts_do_their_jobs_by_default() {
     run(&path, "path in.csv -o p.csv --min-radius 2 --deviation 2 --report r.json --device cpu").code(code);
     let report: serde_json::Value = serde_json::from_str(&text(&path, "r.json")).unwrap();
     assert!(report["curves"][0]["max_curvature"].as_f64().unwrap() <= 0.5 * (1.0 + 1e-6));
+}
+
+#[test]
+fn tracks_within_metres_are_smooth_in_time_on_the_ground() {
+    // Over the date line and north, a minute apart, 7 m/s with noise.
+    let side = |k: i32| 1e-4 * f64::from(k * k % 7 - 3);
+    let lon = |k: i32| (179.9 + 0.005 * f64::from(k) + side(3 * k) + 180.0).rem_euclid(360.0) - 180.0;
+    let row = |k: i32| {
+        format!("a,{},{},2024-03-01T00:{k:02}:00Z,{}\n", lon(k), 60.0 + 0.001 * f64::from(k) + side(k), 90 + k % 3)
+    };
+    let folder = self::folder(&format!("curve,lon,lat,t,ele\n{}", (0..60).map(row).collect::<String>()));
+    let words = said(&folder, "track in.csv -o out.csv --within 40m --every 1min --write speed --device cpu");
+    assert!(
+        words.contains("40m is on the ground: lengths and speeds are in metres, as with --surface wgs84"),
+        "{words}"
+    );
+    let fit = "fit in.csv -o own.csv --tube 40 --surface wgs84 --pin none --every 60 --write speed --carry all";
+    run(&folder, &format!("{fit} --device cpu")).code(0);
+    assert_eq!(text(&folder, "out.csv"), text(&folder, "own.csv"));
+    let (given, rows) = (text(&folder, "in.csv"), text(&folder, "out.csv"));
+    let number = |line: &str, at: usize| line.split(',').nth(at).unwrap().parse::<f64>().unwrap();
+    let place = |line: &str| Globe::WGS84.place(number(line, 1), number(line, 2));
+    let mut away: f64 = 0.0;
+    for (a, b) in given.lines().zip(rows.lines()).skip(1) {
+        away = away.max(place(a).distance(place(b)));
+        assert!((4.0..6.0).contains(&number(b, 5)), "a steady speed: {b}");
+    }
+    assert!(away > 20.0 && away <= 40.0 + 1e-6, "{away}");
+    // Heights have their own distance.
+    let space = given.replace("ele", "z");
+    fs::write(folder.path().join("space.csv"), space).unwrap();
+    run(&folder, "track space.csv -o high.csv --within 40m --within-height 2m --every 1min --device cpu").code(0);
+    let heights: Vec<f64> = text(&folder, "high.csv").lines().skip(1).map(|line| number(line, 3)).collect();
+    let bends = heights.windows(3).map(|own| own[0] - 2.0 * own[1] + own[2]);
+    assert!(bends.fold(0.0, |most: f64, bend| most.max(bend.abs())) < 1e-6, "{heights:?}");
+    ran::refused(&folder, "track in.csv -o no.csv --within 40m --within-height 2m", "of heights of longitudes");
 }
 
 #[test]

@@ -247,7 +247,7 @@ fn what_makes_no_sense_in_a_surface_is_refused_with_a_sentence() {
     refused("--surface sphere --method scf", "smooth connection functions are planar");
     refused("--surface sphere --method natural --preserve-shape", "is that of planar curves");
     refused("--surface sphere --method natural --deviation 9", "--deviation");
-    refused("--surface sphere --method smoothing --deviation 9", "take --smoothing λ");
+    refused("--surface sphere --method smoothing", "needs to know how far");
     refused("--method fair --energy geodesic_bending=1", "is that of curves in a surface");
 }
 

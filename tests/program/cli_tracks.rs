@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::ran::run;
+use super::ran::{self, run};
 use faircurve::io;
 use predicates::prelude::*;
 use predicates::str::contains;
@@ -30,6 +30,47 @@ fn ships() -> TempDir {
 
 fn lines(folder: &TempDir, name: &str) -> Vec<String> {
     fs::read_to_string(folder.path().join(name)).unwrap().lines().map(String::from).collect()
+}
+
+#[test]
+fn dirty_tracks_are_cleaned_and_what_is_dropped_is_said() {
+    let folder = TempDir::new().unwrap();
+    let minute = |k: u32| format!("2024-03-01T{:02}:{:02}:00Z", 12 + k / 60, k % 60);
+    let mut rows = String::from("curve,lon,lat,t,ship\n");
+    for k in 0..90_u32 {
+        // It is moored for half an hour, and leaps once.
+        let at = f64::from(if k < 40 { k } else { k.max(70) - 30 });
+        let (lon, lat) = if k == 12 { (100.0, -3.0) } else { (-179.98 + 0.004 * at, 10.0) };
+        rows += &format!("a,{},{lat},{},x{k}\n", if lon < -180.0 { lon + 360.0 } else { lon }, minute(k));
+        if k == 20 {
+            rows += &format!("a,{lon},{lat},{},twice\na,{lon},{lat},,blank\n", minute(k));
+        }
+    }
+    fs::write(folder.path().join("in.csv"), rows).unwrap();
+    let clean = "track in.csv --within 50m --max-speed 40kn --stops 100m,20min --device cpu";
+    run(&folder, &format!("{clean} -o out.csv --every 10min --dropped dropped.csv"))
+        .code(0)
+        .stderr(contains("1 point is dropped, without a time or a place: in.csv, line 24, curve a, point 22"))
+        .stderr(contains("1 point is dropped, too far to be reached in time: in.csv, line 14"))
+        .stderr(contains("1 point is dropped, of a time that another point has: in.csv, line 23"))
+        .stderr(contains("1 stop is held at one place"));
+    let dropped = lines(&folder, "dropped.csv");
+    assert_eq!(dropped[0], "curve,x,y,t,ship,why");
+    for (word, count) in [("too fast", 1), ("blank", 1), ("duplicate", 1), ("stopped", dropped.len() - 4)] {
+        assert_eq!(dropped.iter().filter(|line| line.ends_with(&format!(",{word}"))).count(), count, "{dropped:?}");
+    }
+    // Nobody is dropped twice, and the rest is fitted.
+    assert_eq!(lines(&folder, "out.csv").len(), 1 + 9);
+    let refuse =
+        |options: &str, sentence: &str| ran::refused(&folder, &format!("track in.csv -o no.csv {options}"), sentence);
+    refuse("--within 50m --stops 100m", "give a radius and a time, such as 200m,10min");
+    refuse("--within 50m --duplicates error", "its time is that of the point before");
+    refuse("--within 50m --max-speed 40kn --dropped no.csv", "--output and --dropped both write no.csv");
+    ran::refused(
+        &folder,
+        "fit in.csv -o no.csv --carry all --dropped d.csv",
+        "add --max-speed, --duplicates or --stops",
+    );
 }
 
 #[test]

@@ -223,7 +223,7 @@ fn a_length_on_the_ground_is_one_at_every_latitude() {
     // Points that nobody says are longitudes and latitudes have no metres.
     let planar = CurveBatch::from_slices(&[&[[0.0, 0.0], [1.0, 1.0], [2.0, 0.0]][..]]).unwrap();
     let error = band.fit(&planar, &Device::cpu()).unwrap_err().to_string();
-    assert!(error.contains("20km is a length on the ground"), "{error}");
+    assert!(error.contains("20km is a length in metres"), "{error}");
 }
 
 /// A closed polygon with points at a spacing along its sides, each with noise of up to `noise`.

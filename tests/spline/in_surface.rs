@@ -144,7 +144,7 @@ fn splines_in_a_plane_are_natural_and_smoothing_splines() {
         let smooth = Smoothing { target: SmoothingTarget::Lambda(lambda), ..Smoothing::default() };
         let smooth = smooth.fit(&batch, &Device::cpu()).unwrap();
         let own = SurfaceSpline { parts: 3, ..SurfaceSpline::new(plane.clone()) };
-        let smoothed = SurfaceSpline { smoothing: Some(lambda), ..own.clone() };
+        let smoothed = SurfaceSpline { smoothing: Some(SmoothingTarget::Lambda(lambda)), ..own.clone() };
         for (own, other) in [(own, natural), (smoothed, smooth)] {
             let found = fit(&own, &batch);
             let (curve, flat) = (found.curve(0), other.curve(0));
@@ -274,7 +274,7 @@ fn smoothed_tracks_keep_pinned_points_and_bend_less_the_larger_lambda() {
     let batch = CurveBatch::from_slices(&[&points[..]]).unwrap();
     let batch = batch.with_constraints(Constraints { pinned: Some(pinned), ..Constraints::default() }).unwrap();
     let of = |lambda: f64| SurfaceSpline {
-        smoothing: Some(lambda),
+        smoothing: Some(SmoothingTarget::Lambda(lambda)),
         parametrisation: Parametrisation::Uniform,
         ..SurfaceSpline::new(Arc::new(Globe::sphere(1.0).unwrap()))
     };
@@ -328,7 +328,7 @@ fn what_is_not_kept_is_refused_with_a_sentence() {
         let error = spline.fit(batch, &Device::cpu()).err().map(|error| error.to_string()).unwrap_or_default();
         assert!(error.contains(what), "{error}");
     };
-    refused(SurfaceSpline { smoothing: Some(-1.0), ..spline.clone() }, &batch, "λ is -1");
+    refused(SurfaceSpline { smoothing: Some(SmoothingTarget::Lambda(-1.0)), ..spline.clone() }, &batch, "λ is -1");
     refused(SurfaceSpline { parts: 0, ..spline.clone() }, &batch, "0 parts");
     refused(SurfaceSpline { tolerance: f64::NAN, ..spline.clone() }, &batch, "tolerance is NaN");
     refused(SurfaceSpline { off_surface: Some(-1.0), ..spline.clone() }, &batch, "-1 off the surface");

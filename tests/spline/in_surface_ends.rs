@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use faircurve::spline::{Ends, Natural, SurfaceSpline};
+use faircurve::spline::{Ends, Natural, SmoothingTarget, SurfaceSpline};
 use faircurve::surface::{Globe, HeightField, Quadric, Surface, Torus};
 use faircurve::{Constraints, CurveBatch, CurveStatus, Device, Sampling};
 use glam::{DQuat, DVec2, DVec3};
@@ -196,7 +196,8 @@ fn smoothed_splines_with_velocities_at_ends_are_the_least() {
         [(0.0, 0.0), (1.0, 0.8), (2.0, -0.5), (2.4, 0.6), (3.1, 0.2), (4.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 0.0));
     let [from, to] = [DVec3::new(1.0, -2.0, 0.0), DVec3::new(0.3, 0.9, 0.0)];
     let lambda = 0.07;
-    let spline = SurfaceSpline { smoothing: Some(lambda), pin_ends: true, ..SurfaceSpline::new(plane) };
+    let spline =
+        SurfaceSpline { smoothing: Some(SmoothingTarget::Lambda(lambda)), pin_ends: true, ..SurfaceSpline::new(plane) };
     let found = fit(&spline, &with_ends(timed(&points, &t), &[[from, to]]));
     let curve = found.curve(0);
     assert!(curve.jet(0, 0.0).first.distance(from) < 1e-12 && curve.jet(4, 1.0).first.distance(to) < 1e-12);
@@ -272,7 +273,7 @@ fn tangents_that_cannot_be_met_are_refused_with_a_sentence() {
     inner[3..6].copy_from_slice(&[-0.8, 0.6, 0.0]);
     let inner = Constraints { tangents: Some(inner), ..Constraints::default() };
     let spline = SurfaceSpline::new(unit_sphere());
-    let smooth = SurfaceSpline { smoothing: Some(0.1), ..spline.clone() };
+    let smooth = SurfaceSpline { smoothing: Some(SmoothingTarget::Lambda(0.1)), ..spline.clone() };
     for (spline, batch, what) in [
         (&spline, batch.clone().with_constraints(inner).unwrap(), "at its two ends only"),
         (&spline, clamped.clone().closed_each(vec![true]).unwrap(), "a closed spline is periodic"),

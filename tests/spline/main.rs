@@ -7,6 +7,7 @@ mod band;
 mod in_surface;
 mod in_surface_ends;
 mod measures;
+mod near_on_globe;
 mod oracle;
 mod piecewise;
 mod samples;

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use clap::Args;
 use faircurve::discrete::Pins;
 use faircurve::io::surfaces::{is_file, surface_of};
-use faircurve::spline::SurfaceSpline;
+use faircurve::spline::{SmoothingTarget, SurfaceSpline};
 use faircurve::surface::{Surface, named};
 use faircurve::{Error, Result};
 
@@ -67,6 +67,12 @@ impl SurfaceArgs {
         self.surface.as_ref().and_then(|word| word.surface.as_ref()?.kind().globe()).is_some()
     }
 
+    /// The ellipsoid of the Earth.
+    pub fn wgs84() -> Self {
+        let surface = "wgs84".parse().expect("a word of a surface");
+        SurfaceArgs { surface: Some(surface), radius: None, off_surface: None }
+    }
+
     /// Whether it is a globe in metres.
     pub fn is_earth(&self) -> bool {
         self.is_globe() && self.radius.is_none()
@@ -104,21 +110,16 @@ impl MethodArgs {
     /// Natural and smoothing splines in a surface.
     pub(super) fn in_surface(&self) -> Result<SurfaceSpline> {
         let surface = self.surface.surface()?.expect("a surface is given");
-        let smoothing = match (self.name(), self.lambda()?) {
-            (MethodName::Natural, _) => {
+        let smoothing = match self.name() {
+            MethodName::Natural => {
                 self.refuse_distance("natural splines")?;
                 None
             }
-            (_, Some(lambda)) => Some(lambda),
-            (_, None) => {
-                return Err(Error::argument(
-                    "smoothing splines in a surface take --smoothing λ; curves within a distance of their points are those of \
-                     --method fair --deviation D",
-                ));
-            }
+            _ => Some(self.smoothing_target()?),
         };
         Ok(SurfaceSpline {
             smoothing,
+            heights: self.within_height.map(|height| SmoothingTarget::Tube(height.0)),
             off_surface: self.surface.off_surface(),
             pin_ends: self.pin != Some(Pins::None),
             parametrisation: self.parametrisation.unwrap_or_default(),

@@ -31,13 +31,14 @@ impl Method {
     pub fn for_times_of(mut self, batch: &CurveBatch) -> (Self, Option<String>) {
         let unit = self.lambda_unit(batch);
         let lambda = match &mut self {
-            Method::Smoothing(smoothing) => match &mut smoothing.target {
-                SmoothingTarget::Lambda(lambda) => Some(lambda),
-                _ => None,
-            },
+            Method::Smoothing(smoothing) => Some(&mut smoothing.target),
             Method::InSurface(spline) => spline.smoothing.as_mut(),
             _ => None,
         };
+        let lambda = lambda.and_then(|target| match target {
+            SmoothingTarget::Lambda(lambda) => Some(lambda),
+            _ => None,
+        });
         let note = lambda.filter(|lambda| unit != 1.0 && **lambda > 0.0).map(|lambda| {
             let hours = *lambda;
             *lambda *= unit;

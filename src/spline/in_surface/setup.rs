@@ -127,7 +127,7 @@ impl SurfaceSpline {
         let mut course = Course { surface: &*surface, steps, held, nodes, tolerance, max_iterations };
         let (DescentEnd { status, iterations, norm }, energy) = course.descend_about(origin);
         let mut report = CurveReport { status, iterations, gradient_norm: norm, ..CurveReport::solved(energy) };
-        report.smoothing = self.smoothing;
+        report.smoothing = self.lambda();
         if status == CurveStatus::NotConverged {
             let what = format!(
                 "{iterations} iterations did not lead to a minimum: give points between those that are far apart, or smooth less"

@@ -58,8 +58,9 @@ impl Smoother {
         let points = slot.batch.points(slot.curve).chunks_exact(d).enumerate();
         let mut discs: Vec<Disc> = points
             .map(|(k, point)| {
-                let knot = slot.knots.entry(slot.curve, k) % count;
-                Disc { knot, offset: (vector(&self.data[knot * d..][..d]) - vector(point)) / distance }
+                let (knot, radius) = (slot.knots.entry(slot.curve, k) % count, slot.radius(k));
+                let offset = (vector(&self.data[knot * d..][..d]) - vector(point)) / (distance * radius);
+                Disc { knot, offset, scale: 1.0 / radius }
             })
             .filter(|disc| !held[disc.knot])
             .collect();

@@ -1,0 +1,165 @@
+//! Cleaning of tracks before they are fitted.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::Args;
+use faircurve::io::{self, WriteOptions};
+use faircurve::tracks::{self, Cleaned, Cleaning, Dropped, Duplicates, Stops};
+use faircurve::{CurveBatch, Deviation, Error, Result};
+
+use super::count;
+use super::lengths::Length;
+use super::track::time;
+use super::words::one_of;
+
+/// Units of speeds, in metres per second.
+const SPEEDS: [(&str, f64); 4] =
+    [("km/h", 1.0 / 3.6), ("kn", 1852.0 / 3600.0), ("mph", 1609.344 / 3600.0), ("m/s", 1.0)];
+
+/// A speed: a number in units of the input, or in metres per second.
+#[derive(Clone, Copy, Debug)]
+struct Speed {
+    number: f64,
+    is_metric: bool,
+}
+
+impl FromStr for Speed {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let of = |(unit, metric): &(&str, f64)| Some(text.strip_suffix(unit)?.trim().parse::<f64>().ok()? * metric);
+        if let Some(number) = SPEEDS.iter().find_map(of) {
+            return Ok(Speed { number, is_metric: true });
+        }
+        let number = text.parse().map_err(|_| {
+            Error::argument(format!("'{text}' is no speed: give one such as 60kn, 100km/h or 30m/s, or a number"))
+        })?;
+        Ok(Speed { number, is_metric: false })
+    }
+}
+
+#[derive(Args, Clone, Debug)]
+#[command(next_help_heading = "Cleaning of tracks")]
+pub struct CleanArgs {
+    /// Drops points that cannot be reached at V from the others, such as 60kn, 100km/h or 30m/s
+    ///
+    /// The most points are kept between which V is not exceeded. A number is in units of the input by
+    /// those of t: for longitudes and latitudes in metres, for dates by a second.
+    #[arg(long, value_name = "V", allow_negative_numbers = true)]
+    max_speed: Option<Speed>,
+    /// What becomes of points of a track that have the time of another [default: keep]
+    #[arg(long, value_name = "HOW", value_parser = one_of(Duplicates::WORDS))]
+    duplicates: Option<Duplicates>,
+    /// Holds stops, at one place, such as 200m,10min: all within R of their first point for DT or longer
+    #[arg(long, value_name = "R,DT")]
+    stops: Option<String>,
+    /// Writes the points that cleaning drops, with a column why
+    #[arg(long, value_name = "FILE")]
+    dropped: Option<PathBuf>,
+}
+
+impl CleanArgs {
+    /// The file for dropped points.
+    pub fn file(&self) -> Option<&PathBuf> {
+        self.dropped.as_ref()
+    }
+
+    /// The cleaned tracks and the dropped points, if cleaning was asked for, with what is to be said.
+    pub fn clean(&self, batch: CurveBatch) -> Result<(CurveBatch, Option<CurveBatch>, Vec<String>)> {
+        if self.max_speed.is_none() && self.duplicates.is_none() && self.stops.is_none() {
+            return match &self.dropped {
+                Some(file) => Err(Error::argument(format!(
+                    "--dropped {} is for points that cleaning drops: add --max-speed, --duplicates or --stops",
+                    file.display()
+                ))),
+                None => Ok((batch, None, vec![])),
+            };
+        }
+        if !batch.is_empty() && !batch.has_parameters() {
+            return Err(Error::argument(
+                "tracks are cleaned by their times, and the points have none: give a column t",
+            ));
+        }
+        let cleaning = Cleaning {
+            duplicates: self.duplicates.unwrap_or_default(),
+            max_speed: self.max_speed.map(|speed| in_units_of(speed, &batch)).transpose()?,
+            stops: self.stops.as_deref().map(|stops| self::stops(stops, &batch)).transpose()?,
+        };
+        let cleaned = tracks::clean(&batch, &cleaning)?;
+        let notes = notes(&batch, &cleaned);
+        let dropped = cleaned.dropped_points(&batch)?;
+        Ok((cleaned.batch, Some(dropped), notes))
+    }
+
+    /// Writes the dropped points, if a file for them is given.
+    pub fn write(&self, dropped: &CurveBatch, overwrite: bool) -> Result<()> {
+        match &self.dropped {
+            Some(file) => io::write_with(file, dropped, &WriteOptions { overwrite, ..WriteOptions::default() }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A speed in units of a batch.
+fn in_units_of(speed: Speed, batch: &CurveBatch) -> Result<f64> {
+    if !speed.is_metric {
+        return Ok(speed.number);
+    }
+    let metre = if batch.is_geographic() { Some(1.0) } else { batch.metres() };
+    match metre {
+        Some(metre) if batch.has_dates() => Ok(speed.number / metre),
+        Some(_) => Err(Error::argument(
+            "--max-speed has a unit, and times are numbers and no dates: give metres by their unit, as a number",
+        )),
+        None => Err(Error::argument(
+            "--max-speed has a unit, and the file does not say the unit of its coordinates: give a number in that unit",
+        )),
+    }
+}
+
+/// A radius and a time.
+fn stops(text: &str, batch: &CurveBatch) -> Result<Stops> {
+    let wrong = |why: &str| Error::argument(format!("--stops is {text}; {why}"));
+    let (radius, dt) = text.split_once(',').ok_or_else(|| wrong("give a radius and a time, such as 200m,10min"))?;
+    let radius = match (radius.parse::<Length>()?.0, batch.metres()) {
+        (Deviation::Metres(metres), _) if batch.is_geographic() => metres,
+        (Deviation::Metres(metres), Some(unit)) => metres / unit,
+        (Deviation::Metres(_), None) => {
+            return Err(wrong("the file does not say the unit of its coordinates: give a number in that unit"));
+        }
+        (own, _) => own.number(),
+    };
+    Ok(Stops { radius, time: time("--stops", dt.trim(), batch)? })
+}
+
+/// What is to be said of a cleaned batch.
+fn notes(batch: &CurveBatch, cleaned: &Cleaned) -> Vec<String> {
+    let mut counts: Vec<(Dropped, usize, usize)> = Vec::new();
+    for (point, why) in cleaned.dropped.iter().enumerate() {
+        let Some(why) = why else { continue };
+        match counts.iter_mut().find(|(own, ..)| own == why) {
+            Some((_, count, _)) => *count += 1,
+            None => counts.push((*why, 1, point)),
+        }
+    }
+    counts.sort_unstable();
+    let first = |point: usize| {
+        let i = batch.offsets().partition_point(|&offset| offset <= point) - 1;
+        batch.sentence(i, point - batch.offsets()[i], "")
+    };
+    let note = |&(why, n, point): &(Dropped, usize, usize)| {
+        let (points, first) = (count(n, "point"), first(point));
+        let (is, such) = if n == 1 { ("is", "") } else { ("are", "such as ") };
+        format!("{points} {is} dropped, {}: {such}{}", meaning(why), first.trim_end_matches(": "))
+    };
+    let mut notes: Vec<String> = counts.iter().map(note).collect();
+    let (is, n) = (if cleaned.stops == 1 { "is" } else { "are" }, cleaned.stops);
+    notes.extend((n > 0).then(|| format!("{} {is} held at one place", count(n, "stop"))));
+    notes
+}
+
+/// What a reason means.
+fn meaning(why: Dropped) -> &'static str {
+    Dropped::WORDS.iter().find(|(_, own, _)| *own == why).map_or("", |(_, _, meaning)| meaning)
+}

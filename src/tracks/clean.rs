@@ -1,0 +1,352 @@
+//! Cleaning: points of tracks that are no fixes of their thing are dropped, and stops held, before a fit.
+
+use crate::batch::{Column, CurveBatch, Values, distance};
+use crate::error::{Error, Result};
+use crate::parallel;
+use crate::surface::Globe;
+use crate::words::words;
+
+/// What becomes of points that have the time of the point before.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Duplicates {
+    /// All stay.
+    #[default]
+    Keep,
+    /// The first stays.
+    First,
+    /// The first stays, at the mean of all their places.
+    Mean,
+    /// They are an error.
+    Error,
+}
+
+words!(Duplicates, "way with duplicates": [
+    (Keep, "keep", "All stay"),
+    (First, "first", "The first stays"),
+    (Mean, "mean", "The first stays, at the mean of their places"),
+    (Error, "error", "They are refused"),
+]);
+
+/// A stop: all places within `radius` of the first for `time` or longer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stops {
+    /// In metres for longitudes and latitudes, else in units of the points.
+    pub radius: f64,
+    /// In units of the parameters, seconds for dates.
+    pub time: f64,
+}
+
+/// What [`clean`] does. By default only points without a time or a place are dropped.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Cleaning {
+    /// Points of one time.
+    pub duplicates: Duplicates,
+    /// The largest speed, in metres for longitudes and latitudes, else in units of the points, per unit
+    /// of the parameters, a second for dates. Of every track the most points are kept between which it
+    /// is not exceeded.
+    pub max_speed: Option<f64>,
+    /// Stops become two points at their mean place: when they begin and when they end.
+    pub stops: Option<Stops>,
+}
+
+/// Why a point was dropped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
+pub enum Dropped {
+    /// It has no time or no place.
+    Blank,
+    /// It is too far to be reached in time.
+    TooFast,
+    /// Another point has its time.
+    Duplicate,
+    /// It is a part of a stop.
+    Stopped,
+}
+
+words!(Dropped, "reason": [
+    (Blank, "blank", "without a time or a place"),
+    (TooFast, "too fast", "too far to be reached in time"),
+    (Duplicate, "duplicate", "of a time that another point has"),
+    (Stopped, "stopped", "within stops"),
+]);
+
+/// A cleaned batch.
+#[derive(Clone, Debug)]
+pub struct Cleaned {
+    /// The points that are kept, with all that belongs to them.
+    pub batch: CurveBatch,
+    /// Why each point of the given batch was dropped, or `None`.
+    pub dropped: Vec<Option<Dropped>>,
+    /// Number of stops that are held.
+    pub stops: usize,
+}
+
+/// Drops points that are no fixes of a track, step by step: blanks, points that are too fast,
+/// duplicates, stops.
+///
+/// Closed curves, and curves without times, stay as they are. Sentences about curves that lost points
+/// name no lines.
+///
+/// # Errors
+/// - A speed, a radius or a time that is not positive and finite.
+/// - Duplicates that are to be an [error](Duplicates::Error).
+pub fn clean(batch: &CurveBatch, cleaning: &Cleaning) -> Result<Cleaned> {
+    let Cleaning { duplicates, max_speed, stops } = *cleaning;
+    let given = [
+        ("largest speed", max_speed),
+        ("radius of stops", stops.map(|own| own.radius)),
+        ("time of stops", stops.map(|own| own.time)),
+    ];
+    if let Some((what, value)) = given.into_iter().find(|(_, value)| value.is_some_and(|x| !(x > 0.0 && x.is_finite())))
+    {
+        return Err(Error::argument(format!(
+            "the {what} is {}; it must be a positive number",
+            value.unwrap_or(f64::NAN)
+        )));
+    }
+    let tracks = parallel::map(batch.len(), 1, |i| Track::new(batch, i).cleaned(cleaning));
+    let (mut coords, mut dropped, mut held) = (batch.coords().to_vec(), Vec::with_capacity(batch.total_points()), 0);
+    let d = batch.dimension();
+    for (i, track) in tracks.into_iter().enumerate() {
+        if let Some(k) = track.why.iter().position(|why| *why == Some(Dropped::Duplicate))
+            && duplicates == Duplicates::Error
+        {
+            let what =
+                "its time is that of the point before: sort or mend the points, or keep the first or the mean of them";
+            return Err(Error::argument(batch.sentence(i, k, what)));
+        }
+        for (k, place) in track.moved {
+            coords[(batch.offsets()[i] + k) * d..][..d].copy_from_slice(&place);
+        }
+        dropped.extend(track.why);
+        held += track.stops;
+    }
+    let keep: Vec<bool> = dropped.iter().map(Option::is_none).collect();
+    Ok(Cleaned { batch: batch.retained(coords, &keep), dropped, stops: held })
+}
+
+impl Cleaned {
+    /// The dropped points of the given batch, with a column `why`. Curves that lost none have no points.
+    pub fn dropped_points(&self, given: &CurveBatch) -> Result<CurveBatch> {
+        let why = |dropped: &Option<Dropped>| dropped.map(|own| own.word().to_string()).unwrap_or_default();
+        let mut columns = given.columns().to_vec();
+        let values = Values::Texts(self.dropped.iter().map(why).collect());
+        columns.push(Column { name: "why".into(), values });
+        let keep: Vec<bool> = self.dropped.iter().map(Option::is_some).collect();
+        Ok(given.clone().with_columns(columns)?.retained(given.coords().to_vec(), &keep))
+    }
+}
+
+/// A track while it is cleaned.
+struct Track<'a> {
+    batch: &'a CurveBatch,
+    i: usize,
+    /// Why points were dropped.
+    why: Vec<Option<Dropped>>,
+    /// Points that were moved, and where to.
+    moved: Vec<(usize, Vec<f64>)>,
+    stops: usize,
+}
+
+impl<'a> Track<'a> {
+    fn new(batch: &'a CurveBatch, i: usize) -> Self {
+        Track { batch, i, why: vec![None; batch.count(i)], moved: vec![], stops: 0 }
+    }
+
+    fn cleaned(mut self, cleaning: &Cleaning) -> Self {
+        let Some(t) = self.batch.parameters(self.i).filter(|_| !self.batch.is_closed(self.i)) else { return self };
+        for (k, &time) in t.iter().enumerate() {
+            if !time.is_finite() || self.place(k).iter().any(|x| !x.is_finite()) {
+                self.why[k] = Some(Dropped::Blank);
+            }
+        }
+        if let Some(most) = cleaning.max_speed {
+            self.drop_fast(t, most);
+        }
+        if cleaning.duplicates != Duplicates::Keep {
+            self.drop_duplicates(t, cleaning.duplicates);
+        }
+        if let Some(stops) = cleaning.stops {
+            self.hold_stops(t, stops);
+        }
+        self
+    }
+
+    fn place(&self, k: usize) -> &[f64] {
+        let d = self.batch.dimension();
+        match self.moved.iter().find(|(own, _)| *own == k) {
+            Some((_, place)) => place,
+            None => &self.batch.points(self.i)[k * d..(k + 1) * d],
+        }
+    }
+
+    fn kept(&self) -> Vec<usize> {
+        (0..self.why.len()).filter(|&k| self.why[k].is_none()).collect()
+    }
+
+    /// The distance between two points, on the ground for longitudes and latitudes.
+    fn distance(&self, a: usize, b: usize) -> f64 {
+        let (a, b) = (self.place(a), self.place(b));
+        match self.batch.is_geographic() {
+            true => Globe::WGS84.place(a[0], a[1]).distance(Globe::WGS84.place(b[0], b[1])),
+            false => distance(a, b),
+        }
+    }
+
+    /// The mean place of some points.
+    fn mean(&self, points: &[usize]) -> Vec<f64> {
+        let first = self.place(points[0]).to_vec();
+        let part = 1.0 / points.len() as f64;
+        // About the first, whose digits they share.
+        let offset = |axis: usize| points.iter().map(|&k| self.place(k)[axis] - first[axis]).sum::<f64>() * part;
+        (0..first.len()).map(|axis| first[axis] + offset(axis)).collect()
+    }
+
+    fn drop_duplicates(&mut self, t: &[f64], duplicates: Duplicates) {
+        for group in self.kept().chunk_by(|&a, &b| t[a] == t[b]).filter(|group| group.len() > 1) {
+            if duplicates == Duplicates::Mean {
+                self.moved.push((group[0], self.mean(group)));
+            }
+            group[1..].iter().for_each(|&k| self.why[k] = Some(Dropped::Duplicate));
+        }
+    }
+
+    /// Keeps the most points of which no two are too far apart for the time between them. If every step is
+    /// slow enough every pair is, so this is a longest chain. Points of one time may be as far apart as the
+    /// shortest time between others allows.
+    fn drop_fast(&mut self, t: &[f64], most: f64) {
+        let kept = self.kept();
+        let steps = kept.windows(2).map(|pair| t[pair[1]] - t[pair[0]]).filter(|step| *step > 0.0);
+        let shortest = steps.fold(f64::INFINITY, f64::min);
+        let follows = |a: usize, b: usize| {
+            let time = t[kept[b]] - t[kept[a]];
+            self.distance(kept[a], kept[b]) <= most * if time > 0.0 { time } else { shortest }
+        };
+        // The length of the longest chain up to each point, its point before, and the longest of all so far.
+        let (mut length, mut before, mut longest) = (vec![1_u32; kept.len()], vec![usize::MAX; kept.len()], Vec::new());
+        for b in 0..kept.len() {
+            for a in (0..b).rev() {
+                if length[b] > longest[a] {
+                    break;
+                }
+                if length[a] >= length[b] && follows(a, b) {
+                    (length[b], before[b]) = (length[a] + 1, a);
+                }
+            }
+            longest.push(longest.last().copied().unwrap_or(0).max(length[b]));
+        }
+        let mut chain = vec![false; kept.len()];
+        let mut at = (0..kept.len()).rev().max_by_key(|&k| length[k]);
+        while let Some(k) = at {
+            chain[k] = true;
+            at = Some(before[k]).filter(|&k| k != usize::MAX);
+        }
+        kept.iter().zip(chain).filter(|(_, own)| !own).for_each(|(&k, _)| self.why[k] = Some(Dropped::TooFast));
+    }
+
+    /// Holds the places of stops.
+    fn hold_stops(&mut self, t: &[f64], stops: Stops) {
+        let kept = self.kept();
+        let mut first = 0;
+        while first < kept.len() {
+            let near = kept[first..].iter().take_while(|&&k| self.distance(kept[first], k) <= stops.radius).count();
+            let stop = &kept[first..first + near];
+            let [begin, .., end] = *stop else {
+                first += 1;
+                continue;
+            };
+            if t[end] - t[begin] < stops.time {
+                first += 1;
+                continue;
+            }
+            let place = self.mean(stop);
+            for k in [begin, end] {
+                self.moved.retain(|(own, _)| *own != k);
+                self.moved.push((k, place.clone()));
+            }
+            stop[1..near - 1].iter().for_each(|&k| self.why[k] = Some(Dropped::Stopped));
+            self.stops += 1;
+            first += near;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand::rngs::StdRng;
+    use rand::{RngExt, SeedableRng};
+
+    use super::*;
+
+    fn track(points: &[[f64; 2]], t: &[f64]) -> CurveBatch {
+        CurveBatch::from_slices(&[points]).unwrap().with_parameters(t.to_vec()).unwrap()
+    }
+
+    fn kept(cleaned: &Cleaned) -> Vec<usize> {
+        (0..cleaned.dropped.len()).filter(|&k| cleaned.dropped[k].is_none()).collect()
+    }
+
+    #[test]
+    fn the_most_points_are_kept_that_a_speed_allows() {
+        let seed = 4;
+        println!("seed {seed}");
+        let mut rng = StdRng::seed_from_u64(seed);
+        for round in 0..200 {
+            let n = 10;
+            let t: Vec<f64> = (0..n).map(|k| f64::from(k) + rng.random_range(0.0..0.5)).collect();
+            let wild = if round % 2 == 0 { 0.3 } else { 0.7 };
+            let place = |k: i32, rng: &mut StdRng| match rng.random_bool(wild) {
+                true => [rng.random_range(-20.0..20.0), rng.random_range(-3.0..3.0)],
+                false => [f64::from(k), 0.0],
+            };
+            let points: Vec<[f64; 2]> = (0..n).map(|k| place(k, &mut rng)).collect();
+            let slow = |a: usize, b: usize| distance(&points[a], &points[b]) <= 2.5 * (t[b] - t[a]);
+            let is_chain = |set: &usize| {
+                let own: Vec<usize> = (0..n as usize).filter(|k| set >> k & 1 == 1).collect();
+                own.iter().enumerate().all(|(at, &a)| own[at + 1..].iter().all(|&b| slow(a, b)))
+            };
+            let most = (1..1_usize << n).filter(is_chain).map(usize::count_ones).max().unwrap();
+            let cleaning = Cleaning { max_speed: Some(2.5), ..Cleaning::default() };
+            let cleaned = clean(&track(&points, &t), &cleaning).unwrap();
+            let own = kept(&cleaned);
+            assert!(own.windows(2).all(|pair| slow(pair[0], pair[1])), "{own:?}");
+            assert_eq!(own.len(), most as usize, "{points:?}");
+            assert!(own.iter().enumerate().all(|(at, &k)| cleaned.batch.points(0)[2 * at..][..2] == points[k]));
+        }
+    }
+
+    #[test]
+    fn duplicates_and_blanks_go_as_they_are_told_to() {
+        let points = [[0.0, 0.0], [1.0, 0.0], [1.5, 3.0], [f64::NAN, 1.0], [3.0, 0.0], [9.0, 9.0]];
+        let batch = track(&points, &[0.0, 1.0, 1.0, 2.0, 3.0, f64::NAN]);
+        assert!(batch.problem(0).is_some());
+        let of = |duplicates: Duplicates| clean(&batch, &Cleaning { duplicates, ..Cleaning::default() });
+        let first = of(Duplicates::First).unwrap();
+        assert!(first.batch.problem(0).is_none());
+        assert_eq!((kept(&first), first.batch.parameters(0)), (vec![0, 1, 4], Some(&[0.0, 1.0, 3.0][..])));
+        assert_eq!(of(Duplicates::Mean).unwrap().batch.points(0), [0.0, 0.0, 1.25, 1.5, 3.0, 0.0]);
+        assert_eq!(kept(&of(Duplicates::Keep).unwrap()), [0, 1, 2, 4]);
+        let error = of(Duplicates::Error).unwrap_err().to_string();
+        assert!(error.contains("curve 0, point 2: its time is that of the point before"), "{error}");
+        let dropped = first.dropped_points(&batch).unwrap();
+        assert_eq!(dropped.parameters(0).map(|t| t[..2].to_vec()), Some(vec![1.0, 2.0]));
+        let Values::Texts(why) = &dropped.columns()[0].values else { panic!("words") };
+        assert_eq!(why, &["duplicate", "blank", "blank"]);
+    }
+
+    #[test]
+    fn stops_are_held_at_their_mean_place_for_their_time() {
+        let mut points: Vec<[f64; 2]> = (0..5).map(|k| [f64::from(k), 0.0]).collect();
+        points.extend([[5.0, 0.0], [5.2, 0.1], [4.9, -0.1], [5.1, 0.0], [5.3, 0.5]]);
+        points.extend((6..10).map(|k| [f64::from(k), 0.0]));
+        let t: Vec<f64> = (0..points.len()).map(|k| k as f64).collect();
+        let stops = |radius: f64, time: f64| Cleaning { stops: Some(Stops { radius, time }), ..Cleaning::default() };
+        let cleaned = clean(&track(&points, &t), &stops(0.7, 3.0)).unwrap();
+        assert_eq!((cleaned.stops, kept(&cleaned)), (1, vec![0, 1, 2, 3, 4, 5, 9, 10, 11, 12, 13]));
+        let held = &cleaned.batch.points(0)[10..14];
+        assert!((held[0] - 5.1).abs() < 1e-12 && (held[1] - 0.1).abs() < 1e-12 && held[..2] == held[2..], "{held:?}");
+        assert_eq!(clean(&track(&points, &t), &stops(0.7, 5.0)).unwrap().stops, 0);
+        assert!(clean(&track(&points, &t), &stops(0.0, 5.0)).unwrap_err().to_string().contains("radius of stops is 0"));
+    }
+}
