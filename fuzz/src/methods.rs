@@ -105,7 +105,13 @@ fn method(bytes: &mut Unstructured, kind: u8) -> Result<Method> {
         5 => {
             let surface = surface(bytes)?.unwrap_or_else(|| Arc::new(Torus::new(3.0, 1.0).expect("R > r")));
             let spline = SurfaceSpline {
-                smoothing: if bytes.arbitrary()? { Some(option(bytes, &[0.0, 0.1, 1e3])?) } else { None },
+                smoothing: match bytes.int_in_range(0..=4)? {
+                    0 => None,
+                    1 => Some(SmoothingTarget::CrossValidation),
+                    2 => Some(SmoothingTarget::Tube(option(bytes, &[1e-3, 0.1, 1e3])?.into())),
+                    3 => Some(SmoothingTarget::Deviation(option(bytes, &[1e-3, 0.1, 1e3])?.into())),
+                    _ => Some(SmoothingTarget::Lambda(option(bytes, &[0.0, 0.1, 1e3])?)),
+                },
                 off_surface: Some(f64::INFINITY),
                 pin_ends: bytes.arbitrary()?,
                 parts: bytes.int_in_range(1..=4)?,

@@ -11,10 +11,12 @@ use super::fit::FitArgs;
 struct Job {
     name: &'static str,
     about: &'static str,
-    /// The option that must be given.
+    /// The option that is asked for.
     asks: &'static str,
     /// What it is called here, if not as in `fit`.
     called: Option<&'static str>,
+    /// Whether it may be left out.
+    optional: bool,
     /// Options of `fit` that its help lists, beside the common ones. It takes all.
     options: &'static [&'static str],
     /// Options of `fit` with the values that they have here.
@@ -31,6 +33,7 @@ const JOBS: [Job; 5] = [
         about: "Smooth a map: borders stay shared, corners sharp, areas and long straight lines what they are",
         asks: "within",
         called: None,
+        optional: false,
         options: &["tolerance", "corners", "only", "selected", "snap", "digits"],
         presets: &[
             ("method", "smoothing"),
@@ -47,6 +50,7 @@ const JOBS: [Job; 5] = [
         about: "Smooth a drawing: traced noise becomes few smooth Béziers, with sharp corners",
         asks: "within",
         called: None,
+        optional: false,
         options: &["tolerance", "corners", "extremes", "only", "selected", "digits"],
         presets: &[
             ("method", "smoothing"),
@@ -61,11 +65,18 @@ const JOBS: [Job; 5] = [
     },
     Job {
         name: "track",
-        about: "Smooth tracks in time, within a distance of every point; other columns travel along",
+        about: "Smooth tracks in time, within a distance of every point, or as their noise asks",
         asks: "tube",
         called: Some("within"),
+        optional: true,
         options: &["within_height", "columns", "max_speed", "stops", "dropped", "gap", "every", "at", "write"],
-        presets: &[("method", "smoothing"), ("pin", "none"), ("carry", "all"), ("duplicates", "first")],
+        presets: &[
+            ("method", "smoothing"),
+            ("smoothing", "gcv"),
+            ("pin", "none"),
+            ("carry", "all"),
+            ("duplicates", "first"),
+        ],
         examples: "  faircurve track run.csv -o smooth.csv --within 5m --write speed
   faircurve track ships.csv -o hourly.csv --columns curve=mmsi,x=lon,y=lat,t=time --within 50m --gap 6h --every 1h",
     },
@@ -74,6 +85,7 @@ const JOBS: [Job; 5] = [
         about: "Plan paths through points, or near them, that turn no sharper than a radius",
         asks: "min_radius",
         called: None,
+        optional: false,
         options: &["deviation", "corridor", "keep_in", "keep_out", "no_crossing", "tolerance", "spacing", "write"],
         presets: &[("method", "fair")],
         examples: "  faircurve path route.csv -o drive.csv --min-radius 5 --deviation 1
@@ -84,6 +96,7 @@ const JOBS: [Job; 5] = [
         about: "Smooth streamlines within a distance of every point, in millimetres",
         asks: "deviation",
         called: None,
+        optional: false,
         options: &["points", "tolerance", "write"],
         presets: &[("method", "smoothing")],
         examples: "  faircurve tracts brain.trk -o smooth.trk --deviation 1
@@ -105,8 +118,13 @@ pub fn expanded(arguments: Vec<OsString>, matches: &ArgMatches) -> Vec<OsString>
     let fit = FitArgs::augment_args(Command::new(""));
     let gives_way = |option: &str| {
         let preset = fit.get_arguments().find(|argument| argument.get_id() == option);
-        let others = preset.into_iter().flat_map(|preset| fit.get_arg_conflicts_with(preset));
-        is_given(own, option) || others.into_iter().any(|other| is_given(own, other.get_id().as_str()))
+        // Either of two options may say that it excludes the other.
+        let excludes = |other: &Arg| {
+            let named = |a: &Arg, b: &str| fit.get_arg_conflicts_with(a).iter().any(|own| own.get_id() == b);
+            preset.is_some_and(|preset| named(preset, other.get_id().as_str())) || named(other, option)
+        };
+        is_given(own, option)
+            || fit.get_arguments().any(|other| is_given(own, other.get_id().as_str()) && excludes(other))
     };
     let presets = job.presets.iter().filter(|(option, _)| !gives_way(option));
     let presets = presets.flat_map(|(option, value)| [format!("--{option}"), value.to_string()]);
@@ -151,7 +169,7 @@ impl Job {
             .help(help)
             .action(argument.get_action().clone())
             .hide(!(id == self.asks || COMMON.contains(&id) || self.options.contains(&id)))
-            .required(id == self.asks || argument.is_required_set());
+            .required(id == self.asks && !self.optional || argument.is_required_set());
         if argument.get_action().takes_values() {
             own = own.allow_hyphen_values(argument.is_allow_hyphen_values_set());
             own = own.value_parser(clap::value_parser!(OsString));

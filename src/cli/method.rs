@@ -7,6 +7,7 @@ mod limits;
 mod surface;
 mod units;
 
+use std::fmt::{self, Display, Formatter};
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
@@ -59,6 +60,34 @@ impl FromStr for Degrees {
     }
 }
 
+/// λ, or how it is chosen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SmoothingFactor {
+    Lambda(f64),
+    Gcv,
+}
+
+impl FromStr for SmoothingFactor {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match (text, text.parse()) {
+            ("gcv", _) => Ok(SmoothingFactor::Gcv),
+            (_, Ok(lambda)) => Ok(SmoothingFactor::Lambda(lambda)),
+            _ => Err(format!("'{text}' is no λ: give a number, or gcv")),
+        }
+    }
+}
+
+impl Display for SmoothingFactor {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            SmoothingFactor::Lambda(lambda) => lambda.fmt(f),
+            SmoothingFactor::Gcv => f.write_str("gcv"),
+        }
+    }
+}
+
 /// The corners to keep: auto, or an angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum KeptCorners {
@@ -98,18 +127,19 @@ pub struct MethodArgs {
     /// Which points of open curves stay where they are [default: ends]
     #[arg(long, value_parser = one_of(&Pins::WORDS[1..]), help_heading = "Near the points")]
     pin: Option<Pins>,
-    /// Smoothing parameter λ ≥ 0
+    /// Smoothing parameter λ ≥ 0, or gcv, which chooses it by the data of each curve
     ///
     /// A larger one is smoother. 0 goes through every point. It is in the cube of the unit of t: of
-    /// an hour where t holds dates.
+    /// an hour where t holds dates. gcv is generalised cross-validation, for open curves with noise of
+    /// one size.
     #[arg(
         long,
-        value_name = "λ",
+        value_name = "λ|gcv",
         conflicts_with = "deviation",
         allow_negative_numbers = true,
         help_heading = "Near the points"
     )]
-    smoothing: Option<f64>,
+    smoothing: Option<SmoothingFactor>,
     /// Moves no point by more than D
     ///
     /// Each curve is then as smooth, or as fair, as it can be. D is in units of the input, or a
@@ -290,6 +320,7 @@ impl MethodArgs {
     /// How much is smoothed.
     fn smoothing_target(&self) -> Result<SmoothingTarget> {
         match (self.lambda()?, self.deviation, self.tube) {
+            _ if self.smoothing == Some(SmoothingFactor::Gcv) => Ok(SmoothingTarget::CrossValidation),
             (Some(lambda), ..) => Ok(SmoothingTarget::Lambda(lambda)),
             (_, Some(deviation), _) => Ok(SmoothingTarget::Deviation(positive("--deviation", deviation)?)),
             (_, _, Some(tube)) => Ok(SmoothingTarget::Tube(positive("--tube", tube)?)),
@@ -300,15 +331,20 @@ impl MethodArgs {
         }
     }
 
-    /// Puts smoothing splines on the Earth if their distance is one on the ground. Returns what is to be
-    /// said.
+    /// Puts smoothing splines on the Earth if their distance is one on the ground, or their λ is chosen.
+    /// Returns what is to be said.
     pub fn put_on_earth(&mut self) -> Option<String> {
-        let distance = self.tube.or(self.deviation).filter(|own| matches!(own, Deviation::Metres(_)))?;
+        let distance = self.tube.or(self.deviation).filter(|own| matches!(own, Deviation::Metres(_)));
+        let what = match (distance, self.smoothing) {
+            (Some(distance), _) => format!("{distance} is"),
+            (_, Some(SmoothingFactor::Gcv)) => "tracks are".to_string(),
+            _ => return None,
+        };
         if self.surface.is_given() || self.name() != MethodName::Smoothing {
             return None;
         }
         self.surface = SurfaceArgs::wgs84();
-        Some(format!("{distance} is on the ground: lengths and speeds are in metres, as with --surface wgs84"))
+        Some(format!("{what} on the ground: lengths and speeds are in metres, as with --surface wgs84"))
     }
 
     /// Checks that there are heights to smooth.
@@ -325,10 +361,11 @@ impl MethodArgs {
     /// λ of smoothing splines, if it is given.
     fn lambda(&self) -> Result<Option<f64>> {
         match self.smoothing {
-            Some(lambda) if !(lambda >= 0.0 && lambda.is_finite()) => Err(Error::argument(format!(
-                "--smoothing is {lambda}; λ must be 0 or a positive number, such as --smoothing 0.1"
-            ))),
-            lambda => Ok(lambda),
+            Some(SmoothingFactor::Lambda(lambda)) if !(lambda >= 0.0 && lambda.is_finite()) => Err(Error::argument(
+                format!("--smoothing is {lambda}; λ must be 0 or a positive number, such as --smoothing 0.1"),
+            )),
+            Some(SmoothingFactor::Lambda(lambda)) => Ok(Some(lambda)),
+            Some(SmoothingFactor::Gcv) | None => Ok(None),
         }
     }
 

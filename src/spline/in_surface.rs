@@ -190,6 +190,11 @@ impl SurfaceSpline {
                         "splines within {own} of their points lie on a globe, and this surface is none: give λ"
                     ));
                 }
+                SmoothingTarget::CrossValidation if !on_globe => {
+                    return refuse(
+                        "splines with a λ chosen by their data lie on a globe, and this surface is none: give λ".into(),
+                    );
+                }
                 _ => {}
             }
         }
@@ -263,9 +268,9 @@ impl SurfaceSpline {
         }
     }
 
-    /// Whether curves are within a distance of their points.
+    /// Whether curves are within a distance of their points, or as near as their data say.
     fn is_near(&self) -> bool {
-        matches!(self.smoothing, Some(SmoothingTarget::Deviation(_) | SmoothingTarget::Tube(_)))
+        !matches!(self.smoothing, None | Some(SmoothingTarget::Lambda(_)))
     }
 
     fn parts_per_span(&self) -> usize {

@@ -191,6 +191,33 @@ impl<T: Real> Reinsch<T> {
         moved <= T::from_f64(FAILED_EPSILONS) * T::EPSILON
     }
 
+    /// tr(I − A) of the last solve of an open curve without corners, where A takes data to the values of
+    /// the curve: β tr((αR + βQᵀΩQ)⁻¹ QᵀΩQ), by the entries of the inverse on five diagonals (Hutchinson
+    /// and de Hoog, Numerische Mathematik 47, 1985).
+    pub fn residual_freedom(&self) -> T {
+        let (alpha, beta) = (self.alpha, T::ONE - self.alpha);
+        // L D Lᵀ: for each unknown 1/d, and the entries of L one and two rows below.
+        let mut factors = Vec::with_capacity(self.bands.len());
+        let [mut last, mut before] = [[T::ZERO; 3]; 2];
+        for band in &self.bands {
+            let [d, e, f] = last;
+            let own = alpha * band[0] + beta * band[2] - d * (e * e) - before[0] * (before[2] * before[2]);
+            let below = (alpha * band[1] + beta * band[3] - d * (e * f)) / own;
+            (before, last) = (last, [own, below, beta * band[4] / own]);
+            factors.push(last);
+        }
+        // The inverse from its end: its entries at the next unknown, the one after, and between them.
+        let (mut next, mut after, mut between, mut trace) = (T::ZERO, T::ZERO, T::ZERO, T::ZERO);
+        for (band, [d, e, f]) in self.bands.iter().zip(factors).rev() {
+            let two = T::ZERO - e * between - f * after;
+            let one = T::ZERO - e * next - f * between;
+            let own = T::ONE / d - e * one - f * two;
+            trace = trace + own * band[2] + (one * band[3] + two * band[4]) * T::from_f64(2.0);
+            (after, next, between) = (next, own, one);
+        }
+        beta * trace
+    }
+
     /// Solves for other data with the factors of the last [`solve`](Self::solve), without
     /// refinement.
     pub fn solve_again(&mut self) {

@@ -12,6 +12,7 @@ use crate::deviation::Deviation;
 use crate::report::CurveReport;
 use crate::status::CurveStatus;
 
+mod gcv;
 mod least;
 mod search;
 
@@ -72,6 +73,7 @@ impl Smoother {
             SmoothingTarget::Lambda(lambda) => self.solve_asked(&mut slot, lambda),
             SmoothingTarget::Deviation(allowed) => self.search(&mut slot, within(allowed)),
             SmoothingTarget::Tube(allowed) => self.least(&mut slot, within(allowed)),
+            SmoothingTarget::CrossValidation => self.cross_validated(&mut slot),
         }
     }
 
@@ -117,7 +119,7 @@ impl Smoother {
                 let is_line = !averaged && self.solve_line() && keeps(self.deviation(slot).0, allowed);
                 (!averaged && !is_line).then_some(allowed / self.size)
             }
-            SmoothingTarget::Tube(_) => None,
+            SmoothingTarget::Tube(_) | SmoothingTarget::CrossValidation => None,
         }
     }
 
@@ -154,7 +156,7 @@ impl Smoother {
         let (normalised, allowed) = match options.target {
             SmoothingTarget::Lambda(lambda) => (self.normalised(lambda), f64::INFINITY),
             SmoothingTarget::Deviation(allowed) => (lambda_at(outcome.step), allowed.of(slot.batch, slot.curve)),
-            SmoothingTarget::Tube(_) => return None,
+            SmoothingTarget::Tube(_) | SmoothingTarget::CrossValidation => return None,
         };
         if !self.is_resolved(normalised, epsilon) {
             return None;

@@ -24,6 +24,10 @@ pub enum SmoothingTarget {
     Deviation(Deviation),
     /// The same distance D > 0, kept by the curve of least ∫|p″|² of *all* that keep it.
     Tube(Deviation),
+    /// λ chosen by the data of each open curve: generalised cross-validation, as SciPy's
+    /// `make_smoothing_spline` does without `lam`. It is right for independent noise of one size, or of
+    /// sizes that weights tell.
+    CrossValidation,
 }
 
 /// Cubic smoothing splines p that minimise Σ w_i |y_i − p(t_i)|² + λ ∫|p″|² dt, natural at the ends
@@ -130,7 +134,7 @@ impl Smoothing {
         let on_host = match self.target {
             SmoothingTarget::Lambda(_) => 0.0,
             SmoothingTarget::Deviation(_) => 0.2,
-            SmoothingTarget::Tube(_) => 1.0,
+            SmoothingTarget::Tube(_) | SmoothingTarget::CrossValidation => 1.0,
         };
         Work { points, cost: 10.0, on_host }
     }
@@ -149,6 +153,7 @@ impl Smoothing {
             SmoothingTarget::Deviation(deviation) | SmoothingTarget::Tube(deviation) => {
                 format!("small for a deviation of {deviation}")
             }
+            SmoothingTarget::CrossValidation => "small for the λ chosen".to_string(),
         };
         let count = thousands(count);
         vec![format!("{count} {curves} {small}: smoothed no further than to {} of {their} size", self.least_share())]
@@ -168,7 +173,7 @@ impl Smoothing {
             SmoothingTarget::Deviation(deviation) | SmoothingTarget::Tube(deviation) => {
                 deviation.check("to interpolate, give λ = 0 instead")
             }
-            SmoothingTarget::Lambda(_) => Ok(()),
+            SmoothingTarget::Lambda(_) | SmoothingTarget::CrossValidation => Ok(()),
         }?;
         batch.allows(&[Constraint::Pinned], "smoothing splines")
     }

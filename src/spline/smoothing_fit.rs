@@ -92,7 +92,9 @@ impl Smoothing {
         };
         // Curves without a solution come out as their input.
         for (i, report) in reports.iter_mut().enumerate() {
-            if CubicSplines::energy(&knots, &second, i).is_none() && !knots.unfitted.contains_key(&i) {
+            let is_refused = matches!(report.status, CurveStatus::Invalid | CurveStatus::Degenerate);
+            let is_fitted = !is_refused && !knots.unfitted.contains_key(&i);
+            if is_fitted && CubicSplines::energy(&knots, &second, i).is_none() {
                 let what =
                     "its spline leaves the range of the numbers: scale the curve, or choose another parametrisation";
                 *report = CurveReport::unfitted(CurveStatus::Invalid, batch.sentence(i, 0, what));
@@ -105,9 +107,12 @@ impl Smoothing {
         Ok((CubicSplines::new(batch, knots, second), reports))
     }
 
-    /// The device that does the work: tubes have no kernel.
+    /// The device that does the work: tubes and cross-validation have no kernel.
     fn worker(&self, device: &Device) -> Device {
-        if matches!(self.target, SmoothingTarget::Tube(_)) { device.on_cpu() } else { device.clone() }
+        match self.target {
+            SmoothingTarget::Tube(_) | SmoothingTarget::CrossValidation => device.on_cpu(),
+            SmoothingTarget::Lambda(_) | SmoothingTarget::Deviation(_) => device.clone(),
+        }
     }
 }
 

@@ -4,6 +4,7 @@
 mod sides;
 
 mod band;
+mod cross_validation;
 mod in_surface;
 mod in_surface_ends;
 mod measures;

@@ -135,7 +135,7 @@ impl SurfaceSpline {
             }
             report.max_deviation = report.max_deviation.max(nodes[row].place.distance(point));
         }
-        if report.status.is_usable() && report.max_deviation > distance {
+        if report.status.is_usable() && distance > 0.0 && report.max_deviation > distance {
             let what = format!("its plane is too wide for {distance}: it is {} from a point", report.max_deviation);
             (report.status, report.message) = (CurveStatus::NotConverged, Some(batch.sentence(i, 0, &what)));
         }
@@ -151,6 +151,7 @@ impl SurfaceSpline {
         match self.smoothing {
             Some(SmoothingTarget::Deviation(own)) => (SmoothingTarget::Deviation(metres(own).into()), metres(own)),
             Some(SmoothingTarget::Tube(own)) => (SmoothingTarget::Tube(metres(own).into()), metres(own)),
+            Some(SmoothingTarget::CrossValidation) => (SmoothingTarget::CrossValidation, 0.0),
             _ => unreachable!("a distance is asked for"),
         }
     }
@@ -174,7 +175,11 @@ impl SurfaceSpline {
             .with_parameters(parameters)?
             .with_closing_spans(vec![closing])?
             .with_constraints(Constraints { pinned: Some(pinned), ..Constraints::default() })?;
-        if let Some(weights) = batch.weights(i) {
+        if target == SmoothingTarget::CrossValidation {
+            // Noise is the same everywhere on the ground.
+            let weight = |(k, radius): (usize, &f64)| batch.weights(i).map_or(1.0, |own| own[k]) / (radius * radius);
+            plane = plane.with_weights(radii.iter().enumerate().map(weight).collect())?;
+        } else if let Some(weights) = batch.weights(i) {
             plane = plane.with_weights(weights.to_vec())?;
         }
         let smoothing = Smoothing { target, pin_ends: self.pin_ends, parametrisation: Parametrisation::Given };

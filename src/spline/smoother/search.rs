@@ -8,7 +8,7 @@ use crate::spline::smoothing::LAMBDA_CAP;
 
 /// Normalised λ are searched among 2^(j/512) for whole j: neighbours differ by 0.14 %. Every device
 /// and precision tries the same numbers, so that all find the same λ.
-const STEPS_PER_OCTAVE: i32 = 512;
+pub(super) const STEPS_PER_OCTAVE: i32 = 512;
 
 /// A bracket is sought from one multiple of this many steps to the next: by factors of 8.
 const STRIDE: i32 = 3 * STEPS_PER_OCTAVE;
