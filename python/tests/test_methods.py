@@ -68,7 +68,7 @@ def test_deviations_may_be_parts_of_each_curves_size():
     with pytest.raises(ValueError, match='"2x" is no deviation'):
         fc.Fair(deviation="2x").fit(CURVES[:1])
     for method in (fc.Fair(deviation="2m"), fc.Smoothing(within="2m")):
-        with pytest.raises(ValueError, match="2m is a length on the ground"):
+        with pytest.raises(ValueError, match="2m is a length in metres"):
             method.fit(CURVES[:1])
 
 

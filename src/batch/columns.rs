@@ -140,6 +140,25 @@ impl CurveBatch {
         Ok(self)
     }
 
+    /// Whether every column has one value along each curve.
+    #[cfg(feature = "cli")]
+    pub(crate) fn has_constant_columns(&self) -> bool {
+        let is_same = |values: &Values, a: usize, b: usize| match values {
+            Values::Texts(texts) => texts[a] == texts[b],
+            values => values.numbers().is_some_and(|numbers| numbers[a].to_bits() == numbers[b].to_bits()),
+        };
+        self.columns.iter().all(|column| {
+            self.offsets.windows(2).all(|ends| (ends[0]..ends[1]).all(|k| is_same(&column.values, ends[0], k)))
+        })
+    }
+
+    /// The columns for other points of the same curves, each with the values of its curve's first point.
+    #[cfg(feature = "cli")]
+    pub(crate) fn columns_of_curves(&self, others: &CurveBatch) -> Vec<Column> {
+        let of_curve = |i: usize| std::iter::repeat_n(self.offsets[i], others.count(i));
+        gather(&self.columns, &(0..self.len()).flat_map(of_curve).collect::<Vec<_>>())
+    }
+
     /// The columns.
     pub fn columns(&self) -> &[Column] {
         &self.columns

@@ -10,10 +10,12 @@ use faircurve::ground::check_samples;
 use faircurve::io::{self, Flatness, Format, ReadOptions, Selection, WriteOptions};
 use faircurve::picture::Picture;
 use faircurve::topology::Topology;
+use faircurve::tracks;
 use faircurve::{CurveBatch, Deviation, Device, Error, Fit, Result, Sampling};
 
 use super::clean::CleanArgs;
 use super::curves::{BEZIER_TOLERANCE, CurveArgs, Made, ROUNDING, Shape, size};
+use super::drive::DriveArgs;
 use super::lengths::{Length, in_units_of};
 use super::map::{self, MapArgs};
 use super::method::{Method, MethodArgs};
@@ -96,6 +98,8 @@ pub struct FitArgs {
     #[command(flatten)]
     tracks: TrackArgs,
     #[command(flatten)]
+    drive: DriveArgs,
+    #[command(flatten)]
     run: RunArgs,
 }
 
@@ -155,11 +159,21 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     let chains = Chains::new(&batch, tolerance, args.extremes);
     let decimals = args.decimals(&batch, tolerance);
     let volume = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "point"));
-    let topology = args.map.topology(&batch, args.tracks.given().as_deref(), args.method.keeps_area())?;
+    let topology = args.map.topology(&batch, args.tracks.given_for(&batch).as_deref(), args.method.keeps_area())?;
     let fitted = topology.as_ref().map_or(&batch, |topology| topology.strokes());
     let work = method.work(points(fitted, sampling));
     let device = run.device(&work, volume, Some(fitted.len()))?;
+    let vehicle = args.drive.vehicle();
+    if vehicle.is_some() && topology.is_some() {
+        return Err(Error::argument("--speed is of each curve, but borders are shared: add --topology no"));
+    }
     let (fit, curves, notes) = match (&topology, args.shape, &tracks) {
+        (None, Shape::Polyline, _) if vehicle.is_some() => {
+            let fit = method.fit(&batch, &device)?;
+            let drive = vehicle.map(|vehicle| tracks::drive(&batch, &fit, sampling, &vehicle)).transpose()?;
+            let notes = method.notes(&fit);
+            (fit, drive.expect("a vehicle is given"), notes)
+        }
         (None, Shape::Polyline, Some(tracks)) => {
             let fit = method.fit(&batch, &device)?;
             let samples = tracks.of(&batch, &fit)?;
@@ -177,6 +191,12 @@ pub fn run(args: &FitArgs) -> Result<bool> {
             (fit, beziers, notes)
         }
         (Some(topology), ..) => args.fit_map(&mut run, topology, &method, (sampling, decimals), &chains, &device)?,
+    };
+    let curves = if topology.is_some() && !batch.columns().is_empty() {
+        let columns = batch.columns_of_curves(&curves);
+        curves.with_columns(columns)?
+    } else {
+        curves
     };
     let picture = Picture {
         comb: args.comb,
@@ -267,6 +287,12 @@ impl FitArgs {
     /// Checks what can be checked before anything is read.
     fn check(&self) -> Result<()> {
         self.map.check()?;
+        if let Some(vehicle) = self.drive.vehicle() {
+            vehicle.check()?;
+            if self.shape == Shape::Bezier {
+                return Err(Error::argument("--speed makes samples with times: leave --as bezier out"));
+            }
+        }
         self.tracks.check(self.shape == Shape::Bezier, self.curves.format())?;
         if self.shape == Shape::Bezier && (self.method.samples.is_some() || self.spacing.is_some()) {
             let why = "--as bezier writes the curves themselves: leave --samples and --spacing out";

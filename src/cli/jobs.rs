@@ -86,10 +86,20 @@ const JOBS: [Job; 5] = [
         asks: "min_radius",
         called: None,
         optional: false,
-        options: &["deviation", "corridor", "keep_in", "keep_out", "no_crossing", "tolerance", "spacing", "write"],
+        options: &[
+            "deviation",
+            "corridor",
+            "keep_in",
+            "keep_out",
+            "no_crossing",
+            "tolerance",
+            "spacing",
+            "write",
+            "speed",
+        ],
         presets: &[("method", "fair")],
         examples: "  faircurve path route.csv -o drive.csv --min-radius 5 --deviation 1
-  faircurve path route.csv -o drive.csv --min-radius 5 --spacing 0.1 --write curvature,arclength",
+  faircurve path route.csv -o drive.csv --min-radius 5 --spacing 0.1 --speed 15 --lateral 3 --accelerate 2 --brake 4",
     },
     Job {
         name: "tracts",

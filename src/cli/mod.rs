@@ -10,6 +10,7 @@ mod costs;
 mod curves;
 mod device;
 mod doctor;
+mod drive;
 mod exponent;
 mod fit;
 mod given;

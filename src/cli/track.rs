@@ -102,6 +102,12 @@ impl TrackArgs {
         }
     }
 
+    /// The first option that asks for something of samples, but for columns of whole curves.
+    pub fn given_for(&self, batch: &CurveBatch) -> Option<String> {
+        let is_of_curves = |option: &String| option == "--carry" && batch.has_constant_columns();
+        self.given.of::<Self>().into_iter().find(|option| option != "--gap" && !is_of_curves(option))
+    }
+
     /// The first option that asks for something of samples.
     pub fn given(&self) -> Option<String> {
         self.given.of::<Self>().into_iter().find(|option| option != "--gap")

@@ -24,12 +24,14 @@
 
 mod carried;
 mod clean;
+mod drive;
 mod easing;
 mod gaps;
 mod quantities;
 mod sample;
 
 pub use clean::{Cleaned, Cleaning, Dropped, Duplicates, Stops, clean};
+pub use drive::{Vehicle, drive};
 pub use easing::Easing;
 pub use gaps::split;
 pub use quantities::Quantity;

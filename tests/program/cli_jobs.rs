@@ -301,6 +301,29 @@ fn tracks_within_metres_are_smooth_in_time_on_the_ground() {
 }
 
 #[test]
+fn paths_have_the_speeds_of_their_fastest_drive() {
+    let folder = self::folder("curve,x,y,stop\na,0,0,\na,30,0,\na,30,30,1\na,60,30,\n");
+    let vehicle = "--speed 15 --lateral 3 --accelerate 2 --brake 4";
+    let path = "path in.csv -o p.csv --min-radius 4 --deviation 3 --spacing 0.5 --carry stop --device cpu";
+    run(&folder, &format!("{path} {vehicle}")).code(predicate::in_iter([0, 1]));
+    let rows = text(&folder, "p.csv");
+    assert_eq!(rows.lines().next().unwrap(), "curve,x,y,t,stop,v,a_long,a_lat");
+    let numbers: Vec<Vec<f64>> =
+        rows.lines().skip(1).map(|line| line.split(',').skip(1).map(|x| x.parse().unwrap_or(0.0)).collect()).collect();
+    assert!(numbers.iter().all(|row| row[4] <= 15.0 && row[6].abs() <= 3.0 + 1e-9), "{rows}");
+    assert!(numbers.windows(2).all(|pair| pair[1][2] > pair[0][2]), "time goes on");
+    // At rest at both ends, and at the stop between two samples half a metre apart: braking takes 4.
+    let speeds: Vec<f64> = numbers.iter().map(|row| row[4]).collect();
+    let stops = speeds.windows(3).filter(|v| v[1] <= v[0] && v[1] < v[2] && v[1] < 2.0_f64.sqrt()).count();
+    assert!(speeds[0] == 0.0 && speeds[speeds.len() - 1] == 0.0 && stops == 1, "{speeds:?}");
+    ran::refused(
+        &folder,
+        "path in.csv -o q.csv --min-radius 4 --speed 15 --lateral 0 --accelerate 2 --brake 4",
+        "largest acceleration across is 0",
+    );
+}
+
+#[test]
 fn few_samples_stay_within_their_tolerance_of_every_method() {
     let folder = TempDir::new().unwrap();
     let octopus = data("octopus.csv");

@@ -40,6 +40,25 @@ fn ring(document: &Value, feature: usize, path: &str) -> BTreeSet<String> {
 }
 
 #[test]
+fn contours_of_a_table_keep_the_columns_of_their_lines() {
+    let line = |name: &str, level: f64| -> String {
+        (0..40).map(|k| format!("{name},{k},{},{level}\n", level + f64::from(k * k % 5) * 0.1)).collect()
+    };
+    let folder = ran::folder(&format!("curve,x,y,level\n{}{}", line("a", 10.0), line("b", 12.0)));
+    let map = "map in.csv --within 0.3 --carry level --device cpu";
+    run(&folder, &format!("{map} -o out.csv")).code(0);
+    let rows = fs::read_to_string(folder.path().join("out.csv")).unwrap();
+    assert_eq!(rows.lines().next().unwrap(), "curve,x,y,t,level");
+    assert!(rows.lines().skip(1).all(|row| row.ends_with(if row.starts_with("a,") { ",10" } else { ",12" })), "{rows}");
+    run(&folder, &format!("{map} -o out.geojson")).code(0);
+    let document = fs::read_to_string(folder.path().join("out.geojson")).unwrap();
+    assert!(document.contains("\"level\":10") && document.contains("\"level\":12"), "{document}");
+    // What changes along a line cannot be shared.
+    fs::write(folder.path().join("in.csv"), "curve,x,y,level\na,0,0,1\na,1,1,2\na,2,0,3\n").unwrap();
+    run(&folder, &format!("{map} -o no.csv")).code(2);
+}
+
+#[test]
 fn mended_lines_of_very_uneven_points_do_not_overshoot() {
     // Two lines that cross once they are smooth, with points as close as a thousandth.
     let folder = TempDir::new().unwrap();

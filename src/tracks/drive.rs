@@ -1,0 +1,279 @@
+//! [`drive`]: the fastest drive along curves within limits of speed and acceleration.
+
+use super::{Quantity, carried};
+use crate::batch::{Column, CurveBatch, Values};
+use crate::curve::{Curve, Sampling};
+use crate::error::{Error, Result};
+use crate::parallel;
+use crate::report::Fit;
+
+/// Parts of each step between samples in which the profile is sought.
+const PARTS: usize = 8;
+
+/// What a vehicle can do, in units of the curves and a unit of time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Vehicle {
+    /// The largest speed.
+    pub speed: f64,
+    /// The largest acceleration across, v² times the curvature.
+    pub lateral: f64,
+    /// The largest acceleration along the curve.
+    pub accelerate: f64,
+    /// The largest deceleration along the curve.
+    pub brake: f64,
+}
+
+impl Vehicle {
+    /// Checks that all limits are positive numbers.
+    pub(crate) fn check(&self) -> Result<()> {
+        let Vehicle { speed, lateral, accelerate, brake } = *self;
+        let limits = [
+            ("speed", speed),
+            ("acceleration across", lateral),
+            ("acceleration along", accelerate),
+            ("deceleration", brake),
+        ];
+        match limits.into_iter().find(|(_, value)| !(*value > 0.0 && value.is_finite())) {
+            Some((what, value)) => {
+                Err(Error::argument(format!("the largest {what} is {value}; it must be a positive number")))
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+/// Samples of fitted curves with the times of the fastest drive along them: the parameters.
+///
+/// Columns follow: `v`, the speed; `a_long`, the acceleration from each sample to the next, and at the
+/// last one that before; `a_lat`, v² times the curvature, positive to the left in the plane. The drive
+/// begins at time 0. Open curves begin and end at rest, closed ones go on. Data points whose entry in the
+/// column `stop` is not 0 or blank are stops.
+///
+/// The profile is piecewise of constant acceleration, between samples in 8 parts: a forward and a backward
+/// pass over the largest v² that the curvature at their ends allows. Of all such profiles it is the
+/// fastest. On a globe lengths are those on the ground.
+///
+/// # Errors
+/// - A limit that is not positive and finite.
+/// - The errors of [`Sampling::check`].
+pub fn drive(batch: &CurveBatch, fit: &Fit, sampling: Sampling, vehicle: &Vehicle) -> Result<CurveBatch> {
+    vehicle.check()?;
+    sampling.check_with(batch, COLUMNS.len())?;
+    let stops = batch.columns().iter().find(|column| column.name == "stop");
+    let drives = parallel::map(batch.len(), 1, |i| {
+        let curve = fit.curve(i);
+        let stops = (0..batch.count(i)).filter(|k| stops.is_some_and(|stops| is_stop(stops, batch.offsets()[i] + k)));
+        Drive::new(&*curve, sampling, batch.is_geographic(), &stops.collect::<Vec<_>>(), vehicle)
+    });
+    let dimension = if fit.is_empty() { batch.dimension() } else { fit.curve(0).dimension() };
+    let (mut points, mut columns, mut ends) = (Vec::new(), vec![Vec::new(); COLUMNS.len()], Vec::new());
+    let empty = |column: &Column| Column { name: column.name.clone(), values: column.values.gather(&[]) };
+    let mut along: Vec<Column> = batch.columns().iter().map(empty).collect();
+    for (i, drive) in drives.into_iter().enumerate() {
+        for (column, own) in columns.iter_mut().zip(&drive.columns) {
+            column.extend_from_slice(own);
+        }
+        let given = batch.given_knots(i);
+        let knots = given.map_or_else(|| fit.curve(i).knots().to_vec(), Vec::from);
+        carried::push(batch, i, &knots, &drive.sites, &mut along);
+        ends.push(drive.end);
+        points.push((drive.coords, drive.t));
+    }
+    let closed = (0..batch.len()).map(|i| batch.is_closed(i)).collect();
+    let (problems, origin) = (batch.problems().clone(), batch.origin().clone());
+    let columns = COLUMNS.iter().zip(columns);
+    let columns = columns.map(|(name, own)| Column { name: name.to_string(), values: Values::Numbers(own) });
+    let columns = along.into_iter().chain(columns);
+    let batch = CurveBatch::from_samples(dimension, points, |i, last| ends[i] - last, closed, problems, origin);
+    batch.with_columns(columns.collect())
+}
+
+const COLUMNS: [&str; 3] = ["v", "a_long", "a_lat"];
+
+/// Whether a point is a stop.
+fn is_stop(column: &Column, point: usize) -> bool {
+    match &column.values {
+        Values::Texts(texts) => !["", "0"].contains(&texts[point].trim()),
+        values => values.numbers().is_some_and(|numbers| numbers[point].abs() > 0.0),
+    }
+}
+
+/// The drive along one curve.
+struct Drive {
+    sites: Vec<(usize, f64)>,
+    coords: Vec<f64>,
+    t: Vec<f64>,
+    end: f64,
+    columns: [Vec<f64>; 3],
+}
+
+impl Drive {
+    fn new(curve: &dyn Curve, sampling: Sampling, geographic: bool, stops: &[usize], vehicle: &Vehicle) -> Self {
+        let sites = curve.sites(sampling);
+        let point = |&(span, u): &(usize, f64)| curve.jet(span, u).point.to_array().into_iter().take(curve.dimension());
+        let coords = sites.iter().flat_map(point).collect();
+        let n = sites.len();
+        if !curve.is_fitted() || n < 2 {
+            let t = (0..n).map(|k| k as f64).collect();
+            return Drive { sites, coords, t, end: n as f64, columns: std::array::from_fn(|_| vec![f64::NAN; n]) };
+        }
+        // Sites in order: samples, parts between them, and stops.
+        let end = (curve.spans() - 1, 1.0);
+        let (mut fine, mut samples) = (Vec::with_capacity(PARTS * (n + 1)), Vec::with_capacity(n));
+        for (k, &from) in sites.iter().enumerate() {
+            samples.push(fine.len());
+            fine.push(from);
+            let Some(&to) = sites.get(k + 1).or(curve.is_closed().then_some(&end)) else { break };
+            let [a, b] = [from, to].map(|(span, u)| span as f64 + u);
+            let parts = (1..PARTS).map(|part| a + (b - a) * part as f64 / PARTS as f64);
+            let stops = stops.iter().map(|&stop| stop as f64).filter(|stop| a < *stop && *stop < b);
+            let mut places: Vec<f64> = parts.chain(stops).collect();
+            places.sort_unstable_by(f64::total_cmp);
+            fine.extend(places.into_iter().map(|place| (place as usize, place.fract())));
+        }
+        if curve.is_closed() {
+            fine.push(end);
+        }
+        let rests = |&(span, u): &(usize, f64)| {
+            let is_end = !curve.is_closed() && ((span, u) == (0, 0.0) || (span, u) == end);
+            is_end || u == 0.0 && stops.contains(&span) || u == 1.0 && stops.contains(&(span + 1))
+        };
+        let lengths = Quantity::Arclength.of(curve, &fine, None, geographic).remove(0);
+        let curvatures = Quantity::Curvature.of(curve, &fine, None, geographic).remove(0);
+        let squares = squares(&lengths, &curvatures, |k| rests(&fine[k]), curve.is_closed(), vehicle);
+        // Between two sites the acceleration is constant.
+        let mut times = vec![0.0];
+        for k in 1..fine.len() {
+            let (step, sum) = (lengths[k] - lengths[k - 1], squares[k].sqrt() + squares[k - 1].sqrt());
+            times.push(times[k - 1] + if step > 0.0 { 2.0 * step / sum } else { 0.0 });
+        }
+        let along = |k: usize| {
+            let (from, to) = if k + 1 < fine.len() { (k, k + 1) } else { (k - 1, k) };
+            let step = lengths[to] - lengths[from];
+            if step > 0.0 { (squares[to] - squares[from]) / (2.0 * step) } else { 0.0 }
+        };
+        let at = |value: &dyn Fn(usize) -> f64| samples.iter().map(|&k| value(k)).collect::<Vec<f64>>();
+        let columns = [at(&|k| squares[k].sqrt()), at(&along), at(&|k| lateral(squares[k], curvatures[k]))];
+        let (t, end) = (at(&|k| times[k]), times[times.len() - 1]);
+        Drive { sites, coords, t, end, columns }
+    }
+}
+
+/// v² κ, 0 at rest.
+fn lateral(square: f64, curvature: f64) -> f64 {
+    if square == 0.0 { 0.0 } else { square * curvature }
+}
+
+/// v² at every site: the largest that all limits allow.
+fn squares(
+    lengths: &[f64],
+    curvatures: &[f64],
+    rests: impl Fn(usize) -> bool,
+    closed: bool,
+    vehicle: &Vehicle,
+) -> Vec<f64> {
+    let n = lengths.len();
+    let most = |k: usize| {
+        let across = vehicle.lateral / curvatures[k].abs();
+        if rests(k) || across.is_nan() { 0.0 } else { across.min(vehicle.speed * vehicle.speed) }
+    };
+    let mut squares: Vec<f64> = (0..n).map(most).collect();
+    // A closed curve's last site is its first: later rounds know what comes before and after.
+    for _ in 0..if closed { 3 } else { 1 } {
+        if closed {
+            let both = squares[0].min(squares[n - 1]);
+            (squares[0], squares[n - 1]) = (both, both);
+        }
+        for k in 1..n {
+            let reached = squares[k - 1] + 2.0 * vehicle.accelerate * (lengths[k] - lengths[k - 1]);
+            squares[k] = squares[k].min(reached);
+        }
+        for k in (1..n).rev() {
+            let stopped = squares[k] + 2.0 * vehicle.brake * (lengths[k] - lengths[k - 1]);
+            squares[k - 1] = squares[k - 1].min(stopped);
+        }
+    }
+    squares
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Device;
+    use crate::spline::Natural;
+
+    const VEHICLE: Vehicle = Vehicle { speed: 10.0, lateral: 3.0, accelerate: 2.0, brake: 4.0 };
+
+    fn driven(points: &[[f64; 2]], closed: bool, stop: Option<&[&str]>, vehicle: &Vehicle, n: usize) -> CurveBatch {
+        let mut batch = CurveBatch::from_slices(&[points]).unwrap().closed(closed);
+        if let Some(words) = stop {
+            let values = Values::Texts(words.iter().map(|word| word.to_string()).collect());
+            batch = batch.with_columns(vec![Column { name: "stop".into(), values }]).unwrap();
+        }
+        let fit = Natural::default().fit(&batch, &Device::cpu()).unwrap();
+        drive(&batch, &fit, Sampling::PerSpan(n), vehicle).unwrap()
+    }
+
+    fn column<'a>(batch: &'a CurveBatch, name: &str) -> &'a [f64] {
+        let column = batch.columns().iter().find(|column| column.name == name).unwrap();
+        column.values.numbers().unwrap()
+    }
+
+    #[test]
+    fn a_straight_line_is_driven_as_fast_as_can_be() {
+        // 25 to 10 m/s in 5 s, 12.5 back to rest in 2.5 s, and 62.5 between in 6.25 s.
+        let long = driven(&[[0.0, 0.0], [50.0, 0.0], [100.0, 0.0]], false, None, &VEHICLE, 64);
+        let t = long.parameters(0).unwrap();
+        // Parts that begin at one limit and end at another are a 20th of a second slower.
+        assert!((t[t.len() - 1] - 13.75).abs() < 0.01, "{}", t[t.len() - 1]);
+        assert_eq!((column(&long, "v")[0], column(&long, "v")[t.len() - 1]), (0.0, 0.0));
+        // √(2 L/a · …): 2 m/s² over 2/3 of 6 m, 4 m/s² over the rest.
+        let short = driven(&[[0.0, 0.0], [6.0, 0.0]], false, None, &VEHICLE, 300);
+        let t = short.parameters(0).unwrap();
+        assert!((t[t.len() - 1] - 3.0).abs() < 1e-3, "{}", t[t.len() - 1]);
+        // A stop in the middle is two drives.
+        let points = [[0.0, 0.0], [6.0, 0.0], [12.0, 0.0]];
+        let stopped = driven(&points, false, Some(&["", "1", "0"]), &VEHICLE, 300);
+        let t = stopped.parameters(0).unwrap();
+        assert!((t[t.len() - 1] - 6.0).abs() < 2e-3 && column(&stopped, "v")[300] == 0.0, "{}", t[t.len() - 1]);
+        assert_eq!(stopped.columns()[0].name, "stop", "columns travel along");
+    }
+
+    #[test]
+    fn a_circle_is_driven_at_one_speed_and_without_an_end() {
+        let points: Vec<[f64; 2]> = (0..64)
+            .map(|k| f64::from(k) * std::f64::consts::TAU / 64.0)
+            .map(|a| [5.0 * a.cos(), 5.0 * a.sin()])
+            .collect();
+        for (speed, wanted) in [(10.0, 15.0_f64.sqrt()), (2.0, 2.0)] {
+            let round = driven(&points, true, None, &Vehicle { speed, ..VEHICLE }, 4);
+            assert!(column(&round, "v").iter().all(|v| (v / wanted - 1.0).abs() < 1e-3), "{:?}", column(&round, "v"));
+            let t = round.parameters(0).unwrap();
+            let end = t[t.len() - 1] + round.closing_length(0, t);
+            assert!((end * wanted / (10.0 * std::f64::consts::PI) - 1.0).abs() < 1e-3, "{end}");
+        }
+    }
+
+    #[test]
+    fn no_sample_breaks_a_limit_and_some_limit_holds_everywhere() {
+        let points: Vec<[f64; 2]> =
+            (0..20_i32).map(|k| [3.0 * f64::from(k), f64::from(k * k * 7 % 11) * 0.6]).collect();
+        for closed in [false, true] {
+            let path = driven(&points, closed, None, &VEHICLE, 16);
+            let [v, along, across] = ["v", "a_long", "a_lat"].map(|name| column(&path, name));
+            let near = |x: f64, limit: f64| x > limit * (1.0 - 1e-6);
+            let mut at_limits = 0;
+            for k in 0..v.len() {
+                assert!(v[k] <= 10.0 + 1e-9 && across[k].abs() <= 3.0 + 1e-9, "{k}");
+                assert!((-4.0 - 1e-9..=2.0 + 1e-9).contains(&along[k]), "{k}: {}", along[k]);
+                let held =
+                    near(v[k], 10.0) || near(across[k].abs(), 3.0) || near(along[k], 2.0) || near(-along[k], 4.0);
+                at_limits += usize::from(held);
+            }
+            assert!(at_limits * 10 > 9 * v.len(), "{at_limits} of {}", v.len());
+            assert!(closed || (v[0], v[v.len() - 1]) == (0.0, 0.0));
+            let t = path.parameters(0).unwrap();
+            assert!(t[0] == 0.0 && t.is_sorted());
+        }
+    }
+}
