@@ -21,6 +21,7 @@ use super::smoothing::{Smoothing, SmoothingTarget};
 use crate::batch::CurveBatch;
 use crate::constraint::{Constraint, Constraints};
 use crate::curve::Sampling;
+use crate::deviation::Deviation;
 use crate::device::{Device, DeviceReport, Work};
 use crate::error::{Error, Result};
 use crate::ground::{self, SurfaceMethod, check_samples, fit_in_surface, judge_known, lifted};
@@ -43,9 +44,10 @@ use crate::surface::{Globe, Surface};
 /// With a λ of [`smoothing`](Self::smoothing) they minimise Σ w_i |p_i − x(t_i)|² + λ ∫ |P x″|² dt, as
 /// [`Smoothing`](super::Smoothing) does in space. Distances are straight, not along the surface.
 ///
-/// With a distance they are those of [`Smoothing`](super::Smoothing) within it, on a [`Globe`] alone: in
-/// a plane onto which the globe is mapped conformally about the great circle nearest to the track, with a
-/// radius on the ground for every point. Distances are kept exactly. The energy is that of the plane.
+/// With a distance, or a λ chosen by the data, curves on a [`Globe`] are fitted as by
+/// [`Smoothing`](super::Smoothing) in a plane. The globe is mapped conformally onto it, about the great
+/// circle nearest to the track, and every point gets its own radius, so that distances on the ground are
+/// kept exactly. The energy is measured in the plane.
 ///
 /// Natural ends have no covariant acceleration. An end with a tangent is clamped: the tangent is x′
 /// there, in units of the input per unit of t. Only its part along the surface counts. In a globe
@@ -308,7 +310,17 @@ impl SurfaceMethod for SurfaceSpline {
         }
         let heights = ground::heights(batch, t, closing)?;
         let (parametrisation, pin_ends) = (Parametrisation::Given, self.pin_ends);
-        if let Some(target) = self.heights.or(self.lambda().map(SmoothingTarget::Lambda)) {
+        // Heights are in metres where lengths are.
+        let in_units = |own: Deviation| match own {
+            Deviation::Metres(metres) => Deviation::Units(metres),
+            other => other,
+        };
+        let target = self.heights.map(|target| match target {
+            SmoothingTarget::Tube(own) => SmoothingTarget::Tube(in_units(own)),
+            SmoothingTarget::Deviation(own) => SmoothingTarget::Deviation(in_units(own)),
+            other => other,
+        });
+        if let Some(target) = target.or(self.lambda().map(SmoothingTarget::Lambda)) {
             let smoothing = Smoothing { target, pin_ends, parametrisation };
             return smoothing.fit(&heights, &Device::cpu());
         }

@@ -67,7 +67,7 @@ impl Globe {
         (self.equatorial - self.polar) * (self.equatorial + self.polar) / self.equatorial.powi(2)
     }
 
-    /// e atanh(e sin φ), by which the isometric latitude of the ellipsoid differs from that of a sphere.
+    /// e atanh(e sin φ), by which isometric latitudes on the ellipsoid and on a sphere differ.
     fn flattening(&self, sin: f64) -> f64 {
         let square = self.eccentricity();
         let e = square.abs().sqrt();

@@ -70,7 +70,8 @@ impl Carried<'_> {
 }
 
 /// The slope of a step at one of its ends: the harmonic mean of Fritsch and Butland with the step on the
-/// other side, or that of a parabola through this step and the one `beyond` it.
+/// other side. At an end of the data it is the slope of a parabola through this step and the one `beyond`
+/// it.
 fn slope(own: Step, other: Option<Step>, beyond: Option<Step>) -> f64 {
     let rate = |step: Step| step.change / step.time;
     let mean = rate(own);

@@ -48,7 +48,7 @@ pub fn sample(batch: &CurveBatch, fit: &Fit, at: &At, quantities: &[Quantity]) -
 }
 
 /// Samples of fitted curves at times, as by [`sample`], with spans that are passed as `easings` say: one
-/// per point, for the span that it begins. Columns are eased too, and speeds are those of the motion.
+/// per point, for the span after it. Columns are eased too, and speeds include the easing.
 ///
 /// # Errors
 /// - Those of [`sample`].

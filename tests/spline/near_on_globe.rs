@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use faircurve::spline::{SmoothingTarget, SurfaceSpline};
 use faircurve::surface::Globe;
-use faircurve::{CurveBatch, CurveStatus, Device, Sampling};
+use faircurve::{CurveBatch, CurveStatus, Deviation, Device, Sampling};
 use glam::{DQuat, DVec3};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -128,7 +128,7 @@ fn heights_have_a_distance_of_their_own() {
         (0..50).map(|k| [0.01 * f64::from(k), 47.0, 500.0 + 2.0 * f64::from(k) + f64::from(k * 7 % 5)]).collect();
     let batch = CurveBatch::from_slices(&[&points[..]]).unwrap();
     let batch = batch.with_parameters((0..50).map(f64::from).collect()).unwrap();
-    let tube = |d: f64| Some(SmoothingTarget::Tube(d.into()));
+    let tube = |d: f64| Some(SmoothingTarget::Tube(Deviation::Metres(d)));
     let through = spline(Globe::WGS84, SmoothingTarget::Tube(10.0.into()));
     let within = SurfaceSpline { heights: tube(3.0), ..through.clone() };
     let [through, within] = [through, within].map(|spline| fit(&spline, &batch).polylines(Sampling::PerSpan(1)));

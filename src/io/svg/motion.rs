@@ -94,8 +94,7 @@ fn marker(text: &mut Text, batch: &CurveBatch, i: usize, times: &[f64], [from, t
     text.push("</use>\n")
 }
 
-/// The values of a column at some points. Angles go on past a whole turn, and those of `rotation` have
-/// SVG's sign.
+/// The values of a column at some points. Angles go on past a whole turn, and rotations have SVG's sign.
 fn channel(values: &Values, points: impl Iterator<Item = usize>, is_rotation: bool) -> Vec<f64> {
     let Some(all) = values.numbers() else { return vec![] };
     let mut channel: Vec<f64> = points.map(|k| all[k]).collect();

@@ -2,9 +2,9 @@
 //!
 //! The globe is mapped conformally onto a sphere, and the sphere by a Mercator projection about the
 //! great circle nearest to the track, so that neither poles nor the date line are near. Conformal maps
-//! have one scale at a point, in all directions: a distance on the ground is a disc of its own radius
-//! around each point of the plane. Accelerations are those of the plane, which differ by the scale: by 1
-//! part in 100 at 900 km from the great circle.
+//! have one scale at a point, in all directions: a distance on the ground is a disc around each point of
+//! the plane, with a radius that depends on the point. Accelerations are measured in the plane, whose scale
+//! differs by 1 part in 100 at 900 km from the great circle.
 
 use glam::{DMat3, DVec3};
 use nalgebra::{Matrix3, SymmetricEigen};
