@@ -115,7 +115,7 @@ impl BezierArgs {
         }
         let beziers = self.shape == Shape::Bezier;
         io::check_output(&self.curves.output, &self.write_options(beziers))?;
-        self.run.check(Some(&self.curves.output), self.curves.picture.as_deref())
+        self.run.check(Some(&self.curves.output), self.curves.picture.as_deref(), None)
     }
 
     /// By how much degrees are raised or lowered.

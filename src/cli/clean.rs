@@ -1,15 +1,15 @@
 //! Cleaning of tracks before they are fitted.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::Args;
 use faircurve::io::{self, WriteOptions};
 use faircurve::tracks::{self, Cleaned, Cleaning, Dropped, Duplicates, Stops};
-use faircurve::{CurveBatch, Deviation, Error, Result};
+use faircurve::{CurveBatch, Error, Result};
 
 use super::count;
-use super::lengths::Length;
+use super::lengths::{self, Length};
 use super::track::time;
 use super::words::one_of;
 
@@ -44,14 +44,16 @@ impl FromStr for Speed {
 pub struct CleanArgs {
     /// Drops points that cannot be reached at V from the others, such as 60kn, 100km/h or 30m/s
     ///
-    /// The most points are kept between which V is not exceeded. A number is in units of the input by
-    /// those of t: for longitudes and latitudes in metres, for dates by a second.
+    /// The most points are kept between which V is not exceeded. A number is in units of the input per
+    /// unit of t: metres for longitudes and latitudes, seconds for dates.
     #[arg(long, value_name = "V", allow_negative_numbers = true)]
     max_speed: Option<Speed>,
     /// What becomes of points of a track that have the time of another [default: keep]
     #[arg(long, value_name = "HOW", value_parser = one_of(Duplicates::WORDS))]
     duplicates: Option<Duplicates>,
     /// Holds stops, at one place, such as 200m,10min: all within R of their first point for DT or longer
+    ///
+    /// For longitudes and latitudes R is in metres without a unit, too.
     #[arg(long, value_name = "R,DT")]
     stops: Option<String>,
     /// Writes the points that cleaning drops, with a column why
@@ -61,8 +63,8 @@ pub struct CleanArgs {
 
 impl CleanArgs {
     /// The file for dropped points.
-    pub fn file(&self) -> Option<&PathBuf> {
-        self.dropped.as_ref()
+    pub fn file(&self) -> Option<&Path> {
+        self.dropped.as_deref()
     }
 
     /// The cleaned tracks and the dropped points, if cleaning was asked for, with what is to be said.
@@ -122,44 +124,24 @@ fn in_units_of(speed: Speed, batch: &CurveBatch) -> Result<f64> {
 fn stops(text: &str, batch: &CurveBatch) -> Result<Stops> {
     let wrong = |why: &str| Error::argument(format!("--stops is {text}; {why}"));
     let (radius, dt) = text.split_once(',').ok_or_else(|| wrong("give a radius and a time, such as 200m,10min"))?;
-    let radius = match (radius.parse::<Length>()?.0, batch.metres()) {
-        (Deviation::Metres(metres), _) if batch.is_geographic() => metres,
-        (Deviation::Metres(metres), Some(unit)) => metres / unit,
-        (Deviation::Metres(_), None) => {
-            return Err(wrong("the file does not say the unit of its coordinates: give a number in that unit"));
-        }
-        (own, _) => own.number(),
-    };
-    Ok(Stops { radius, time: time("--stops", dt.trim(), batch)? })
+    let mut radius = radius.parse::<Length>()?;
+    lengths::in_units_of(batch, batch.is_geographic(), false, "--stops", &mut radius.0)?;
+    Ok(Stops { radius: radius.number(), time: time("--stops", dt.trim(), batch)? })
 }
 
 /// What is to be said of a cleaned batch.
 fn notes(batch: &CurveBatch, cleaned: &Cleaned) -> Vec<String> {
-    let mut counts: Vec<(Dropped, usize, usize)> = Vec::new();
-    for (point, why) in cleaned.dropped.iter().enumerate() {
-        let Some(why) = why else { continue };
-        match counts.iter_mut().find(|(own, ..)| own == why) {
-            Some((_, count, _)) => *count += 1,
-            None => counts.push((*why, 1, point)),
-        }
-    }
-    counts.sort_unstable();
-    let first = |point: usize| {
-        let i = batch.offsets().partition_point(|&offset| offset <= point) - 1;
-        batch.sentence(i, point - batch.offsets()[i], "")
-    };
-    let note = |&(why, n, point): &(Dropped, usize, usize)| {
-        let (points, first) = (count(n, "point"), first(point));
+    let mut notes = Vec::new();
+    for (_, why, meaning) in Dropped::WORDS {
+        let has_why = |dropped: &Option<Dropped>| *dropped == Some(*why);
+        let Some(first) = cleaned.dropped.iter().position(has_why) else { continue };
+        let i = batch.offsets().partition_point(|&offset| offset <= first) - 1;
+        let place = batch.sentence(i, first - batch.offsets()[i], "");
+        let n = cleaned.dropped.iter().filter(|dropped| has_why(dropped)).count();
         let (is, such) = if n == 1 { ("is", "") } else { ("are", "such as ") };
-        format!("{points} {is} dropped, {}: {such}{}", meaning(why), first.trim_end_matches(": "))
-    };
-    let mut notes: Vec<String> = counts.iter().map(note).collect();
+        notes.push(format!("{} {is} dropped, {meaning}: {such}{}", count(n, "point"), place.trim_end_matches(": ")));
+    }
     let (is, n) = (if cleaned.stops == 1 { "is" } else { "are" }, cleaned.stops);
     notes.extend((n > 0).then(|| format!("{} {is} held at one place", count(n, "stop"))));
     notes
-}
-
-/// What a reason means.
-fn meaning(why: Dropped) -> &'static str {
-    Dropped::WORDS.iter().find(|(_, own, _)| *own == why).map_or("", |(_, _, meaning)| meaning)
 }

@@ -30,7 +30,7 @@ pub struct CompareArgs {
 pub fn run(args: &CompareArgs) -> Result<bool> {
     let method = args.method.method(None)?;
     let per_span = per_span(args.method.samples)?;
-    args.run.check(None, None)?;
+    args.run.check(None, None, None)?;
     if let Some(path) = args.run.report.as_deref().filter(|path| is_html(path)) {
         let path = path.display();
         return Err(Error::argument(format!("--report {path}: compare writes JSON, give a name that ends in .json")));

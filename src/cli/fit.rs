@@ -120,7 +120,7 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     let paths_only = args.map.only_paths();
     let options = ReadOptions { carried, flatness, paths_only, selected, ..by_default };
     let batch = io::read_with(&input.input, &options)?;
-    let (batch, dropped, notes_of_cleaning) = args.clean.clean(batch)?;
+    let (batch, dropped, mut said) = args.clean.clean(batch)?;
     let (batch, easings) = args.tracks.easings(args.tracks.split(batch)?)?;
     let (own, notes_of_units) = args.in_units_of(&batch)?;
     let args = &own;
@@ -131,15 +131,11 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     let tolerance = args.asked_tolerance()?.map(|asked| tolerance_for(&batch, asked)).transpose()?.flatten();
     let sampling = tolerance.map_or(sampling, |tolerance| args.sampling_within((1.0 - ROUNDED) * tolerance));
     let tracks = args.tracks.samples(&batch, sampling, easings)?;
-    let mut units = args.method.distances(&batch, args.spacing.map(Length::number))?;
     let (method, of_lambda) = method.for_times_of(&batch);
-    units.extend(
-        notes_of_units
-            .into_iter()
-            .chain(note_of_tolerance)
-            .chain(of_lambda)
-            .chain(tracks.as_ref().and_then(|tracks| tracks.note(&batch))),
-    );
+    said.extend(args.method.distances(&batch, args.spacing.map(Length::number))?);
+    said.extend(notes_of_units);
+    said.extend(note_of_tolerance.into_iter().chain(of_lambda));
+    said.extend(tracks.as_ref().and_then(|tracks| tracks.note(&batch)));
     let points_out = |i: usize| match &tracks {
         _ if args.shape == Shape::Bezier => None,
         Some(tracks) => tracks.count(&batch, i),
@@ -159,33 +155,30 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     let chains = Chains::new(&batch, tolerance, args.extremes);
     let decimals = args.decimals(&batch, tolerance);
     let volume = format!("{}, {}", count(batch.len(), "curve"), count(batch.total_points(), "point"));
-    let topology = args.map.topology(&batch, args.tracks.given_for(&batch).as_deref(), args.method.keeps_area())?;
+    let vehicle = args.drive.vehicle();
+    let of_each_curve = args.tracks.given_for(&batch).or(vehicle.map(|_| "--speed".to_string()));
+    let topology = args.map.topology(&batch, of_each_curve.as_deref(), args.method.keeps_area())?;
     let fitted = topology.as_ref().map_or(&batch, |topology| topology.strokes());
     let work = method.work(points(fitted, sampling));
     let device = run.device(&work, volume, Some(fitted.len()))?;
-    let vehicle = args.drive.vehicle();
-    if vehicle.is_some() && topology.is_some() {
-        return Err(Error::argument("--speed is of each curve, but borders are shared: add --topology no"));
-    }
-    let (fit, curves, notes) = match (&topology, args.shape, &tracks) {
-        (None, Shape::Polyline, _) if vehicle.is_some() => {
+    let (fit, curves, notes) = match (&topology, args.shape, vehicle, &tracks) {
+        (None, Shape::Polyline, Some(vehicle), _) => {
             let fit = method.fit(&batch, &device)?;
-            let drive = vehicle.map(|vehicle| tracks::drive(&batch, &fit, sampling, &vehicle)).transpose()?;
-            let notes = method.notes(&fit);
-            (fit, drive.expect("a vehicle is given"), notes)
+            let (drive, notes) = (tracks::drive(&batch, &fit, sampling, &vehicle)?, method.notes(&fit));
+            (fit, drive, notes)
         }
-        (None, Shape::Polyline, Some(tracks)) => {
+        (None, Shape::Polyline, None, Some(tracks)) => {
             let fit = method.fit(&batch, &device)?;
             let samples = tracks.of(&batch, &fit)?;
             let notes = method.notes(&fit).into_iter().chain(tracks.note_of_untimed(&batch)).collect();
             (fit, samples, notes)
         }
-        (None, Shape::Polyline, None) => {
+        (None, Shape::Polyline, None, None) => {
             let (fit, polylines) = method.fit_sampled(&batch, sampling, &device)?;
             let notes = method.notes(&fit);
             (fit, polylines, notes)
         }
-        (None, Shape::Bezier, _) => {
+        (None, Shape::Bezier, ..) => {
             let fit = method.fit(&batch, &device)?;
             let (beziers, notes) = (chains.of(&fit), method.notes(&fit));
             (fit, beziers, notes)
@@ -208,8 +201,10 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     let decimals = decimals.filter(|_| topology.is_none() || !args.map.keeps_a_part(&batch));
     let options = WriteOptions { decimals, ..args.write_options(tolerance) };
     let lambda_unit = method.lambda_unit(&batch);
-    let notes = notes_of_cleaning.into_iter().chain(units).chain(notes).collect();
-    dropped.map_or(Ok(()), |dropped| args.clean.write(&dropped, args.run.force))?;
+    let notes = said.into_iter().chain(notes).collect();
+    if let Some(dropped) = dropped {
+        args.clean.write(&dropped, args.run.force)?;
+    }
     let method = args.method.word();
     let made = Made { batch: &batch, fit: &fit, curves, options, method, picture, notes, lambda_unit };
     made.finish(run, &args.curves)
@@ -305,8 +300,7 @@ impl FitArgs {
             positive("--comb", scale, "the scale of its quills must be a positive number, such as --comb 2")?;
         }
         io::check_output(&self.curves.output, &self.write_options(None))?;
-        let dropped = self.clean.file().map(|file| ("--dropped", &**file));
-        self.run.check_with(Some(&self.curves.output), self.curves.picture.as_deref(), dropped)
+        self.run.check(Some(&self.curves.output), self.curves.picture.as_deref(), self.clean.file())
     }
 
     fn write_options(&self, tolerance: Option<f64>) -> WriteOptions {

@@ -137,7 +137,7 @@ impl GridArgs {
             &self.output,
             &GridWrite { format: self.to, overwrite: self.run.force, ..GridWrite::default() },
         )?;
-        self.run.check(Some(&self.output), self.picture.as_deref())
+        self.run.check(Some(&self.output), self.picture.as_deref(), None)
     }
 
     /// The rule asked for; weights of sparse ones are found here.

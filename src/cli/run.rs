@@ -47,28 +47,10 @@ impl RunArgs {
     ///
     /// # Errors
     /// As [`output::check`].
-    pub fn check(&self, output: Option<&Path>, picture: Option<&Path>) -> Result<()> {
-        self.check_with(output, picture, None)
-    }
-
-    /// Checks the place of one file more, of an option.
-    ///
-    /// # Errors
-    /// As [`check`](Self::check).
-    pub fn check_with(
-        &self,
-        output: Option<&Path>,
-        picture: Option<&Path>,
-        other: Option<(&'static str, &Path)>,
-    ) -> Result<()> {
+    pub fn check(&self, output: Option<&Path>, picture: Option<&Path>, dropped: Option<&Path>) -> Result<()> {
         output::check_picture(picture)?;
-        let (option, file) = other.unzip();
-        let files = [
-            ("--output", output),
-            ("--report", self.report.as_deref()),
-            ("--picture", picture),
-            (option.unwrap_or_default(), file),
-        ];
+        let report = self.report.as_deref();
+        let files = [("--output", output), ("--report", report), ("--picture", picture), ("--dropped", dropped)];
         let files: Vec<_> = files.into_iter().filter_map(|(option, path)| Some((option, path?))).collect();
         output::check(&files, self.force)
     }

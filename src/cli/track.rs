@@ -41,7 +41,7 @@ pub struct TrackArgs {
     at: Option<PathBuf>,
     /// A column that says how the curve passes from each point to the next, with --every or --at
     ///
-    /// Its words are those of CSS: linear, ease, ease-in, ease-out, ease-in-out,
+    /// Its words come from CSS: linear, ease, ease-in, ease-out, ease-in-out,
     /// cubic-bezier(x1 y1 x2 y2), and hold, which waits for the next point. Columns are eased, too. It
     /// is not written.
     #[arg(long, value_name = "COLUMN", help_heading = "Tracks")]

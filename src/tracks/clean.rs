@@ -51,7 +51,7 @@ pub struct Cleaning {
 }
 
 /// Why a point was dropped.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Dropped {
     /// It has no time or no place.

@@ -1,8 +1,9 @@
 //! Tracks: curves whose parameters are times.
 //!
-//! [`clean`] drops points that are no fixes. [`split`] cuts tracks at gaps in time. [`sample`] samples fitted tracks at times or along their
-//! length, with interpolated columns ([`Column`](crate::Column)) and quantities such as the speed
-//! ([`Quantity`]).
+//! [`clean`] drops points that are no fixes. [`split`] cuts tracks at gaps in time. [`sample`] samples
+//! fitted tracks at times or along their length, with interpolated columns
+//! ([`Column`](crate::Column)) and quantities such as the speed ([`Quantity`]). [`drive`] finds the
+//! speeds of the fastest drive.
 //!
 //! ```
 //! use faircurve::{Column, CurveBatch, Device, Values, spline::Natural, tracks::{self, At, Quantity}};
