@@ -66,6 +66,20 @@ impl CurveBatch {
         }
     }
 
+    /// The parameters of the points of curve `i`, or their numbers; a closed curve's first point comes
+    /// again at the end.
+    #[cfg(feature = "formats")]
+    pub(crate) fn times_with_end(&self, i: usize) -> Vec<f64> {
+        let (count, closed) = (self.count(i), self.is_closed(i));
+        match self.parameters(i) {
+            Some(t) => {
+                let end = t.last().filter(|_| closed).map(|last| last + self.closing_length(i, t));
+                t.iter().copied().chain(end).collect()
+            }
+            None => (0..count + usize::from(closed && count > 0)).map(|k| k as f64).collect(),
+        }
+    }
+
     /// The given parameters of curve `i`, with the end of a closed curve. `None` if there are none,
     /// or all are equal.
     pub(crate) fn given_knots(&self, i: usize) -> Option<Vec<f64>> {

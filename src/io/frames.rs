@@ -39,16 +39,14 @@ fn write(out: &mut dyn Write, batch: &CurveBatch, options: &WriteOptions) -> io:
             text.push(format!(",\"{STATUS}\":\"{}\"", status.word()))?;
         }
         text.push(",\"frames\":[")?;
-        let (first, count, t) = (batch.offsets()[i], batch.count(i), batch.parameters(i));
-        let clock = t.and_then(|t| Some(batch.origin().clock(i)?.for_all(t.iter().copied())));
-        let again = usize::from(batch.is_closed(i) && count > 0);
-        for k in 0..count + again {
+        let (first, count) = (batch.offsets()[i], batch.count(i));
+        let clock = batch.parameters(i).and_then(|t| Some(batch.origin().clock(i)?.for_all(t.iter().copied())));
+        for (k, time) in batch.times_with_end(i).into_iter().enumerate() {
             let own = k % count;
             text.push(if k == 0 { "\n{\"t\":" } else { ",\n{\"t\":" })?;
-            let time = t.map_or(k as f64, |t| if k < count { t[k] } else { t[own] + batch.closing_length(i, t) });
             match clock {
                 Some(clock) => text.push(format!("\"{}\"", clock.write(time)))?,
-                None => number(&mut text, time)?,
+                None => text.number_or_null(time)?,
             }
             for (name, &x) in ["x", "y", "z"].iter().zip(&batch.points(i)[own * d..][..d]) {
                 text.push(format!(",\"{name}\":"))?;
@@ -58,7 +56,7 @@ fn write(out: &mut dyn Write, batch: &CurveBatch, options: &WriteOptions) -> io:
                 text.push(format!(",{key}:"))?;
                 match &column.values {
                     Values::Texts(texts) => text.push(serde_json::to_string(&texts[first + own])?)?,
-                    values => number(&mut text, values.numbers().map_or(f64::NAN, |numbers| numbers[first + own]))?,
+                    values => text.number_or_null(values.numbers().map_or(f64::NAN, |numbers| numbers[first + own]))?,
                 }
             }
             text.push("}")?;
@@ -67,9 +65,4 @@ fn write(out: &mut dyn Write, batch: &CurveBatch, options: &WriteOptions) -> io:
     }
     text.push(if batch.is_empty() { "[]\n" } else { "\n]\n" })?;
     text.finish()
-}
-
-/// JSON has no NaN.
-fn number(text: &mut Text, x: f64) -> io::Result<()> {
-    if x.is_finite() { text.number(x) } else { text.push("null") }
 }

@@ -44,6 +44,11 @@ impl<'w> Text<'w> {
         if self.buffer.len() >= BUFFER_BYTES { self.flush() } else { Ok(()) }
     }
 
+    /// Appends a number, or null: JSON has no NaN.
+    pub(crate) fn number_or_null(&mut self, x: f64) -> io::Result<()> {
+        if x.is_finite() { self.number(x) } else { self.push("null") }
+    }
+
     /// Appends the coordinates of one point with a separator between them.
     pub(crate) fn point(&mut self, point: &[f64], separator: &str) -> io::Result<()> {
         for (axis, &x) in point.iter().enumerate() {

@@ -187,18 +187,14 @@ impl SurfaceSpline {
                 {
                     return refuse(format!("the distance is {own}; it must be positive and finite: give another"));
                 }
-                SmoothingTarget::Deviation(own) | SmoothingTarget::Tube(own) if !on_globe => {
-                    return refuse(format!(
-                        "splines within {own} of their points lie on a globe, and this surface is none: give λ"
-                    ));
-                }
-                SmoothingTarget::CrossValidation if !on_globe => {
-                    return refuse(
-                        "splines with a λ chosen by their data lie on a globe, and this surface is none: give λ".into(),
-                    );
-                }
                 _ => {}
             }
+        }
+        if self.is_near() && !on_globe {
+            return refuse(
+                "splines within a distance, or with a λ chosen by their data, lie on a globe, and this surface is none: give λ"
+                    .into(),
+            );
         }
         if self.parts == 0 {
             return refuse("a spline of 0 parts a span has no unknowns: give 1 at least".into());
@@ -315,11 +311,7 @@ impl SurfaceMethod for SurfaceSpline {
             Deviation::Metres(metres) => Deviation::Units(metres),
             other => other,
         };
-        let target = self.heights.map(|target| match target {
-            SmoothingTarget::Tube(own) => SmoothingTarget::Tube(in_units(own)),
-            SmoothingTarget::Deviation(own) => SmoothingTarget::Deviation(in_units(own)),
-            other => other,
-        });
+        let target = self.heights.map(|target| target.with(in_units));
         if let Some(target) = target.or(self.lambda().map(SmoothingTarget::Lambda)) {
             let smoothing = Smoothing { target, pin_ends, parametrisation };
             return smoothing.fit(&heights, &Device::cpu());

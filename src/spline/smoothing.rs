@@ -30,6 +30,17 @@ pub enum SmoothingTarget {
     CrossValidation,
 }
 
+impl SmoothingTarget {
+    /// The target with another distance, if it has one.
+    pub(super) fn with(self, distance: impl FnOnce(Deviation) -> Deviation) -> Self {
+        match self {
+            SmoothingTarget::Deviation(own) => SmoothingTarget::Deviation(distance(own)),
+            SmoothingTarget::Tube(own) => SmoothingTarget::Tube(distance(own)),
+            SmoothingTarget::Lambda(_) | SmoothingTarget::CrossValidation => self,
+        }
+    }
+}
+
 /// Cubic smoothing splines p that minimise Σ w_i |y_i − p(t_i)|² + λ ∫|p″|² dt, natural at the ends
 /// of an open curve, periodic for a closed one.
 ///

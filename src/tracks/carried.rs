@@ -2,10 +2,16 @@
 
 use crate::batch::{Column, CurveBatch, Values, turned, way_round};
 
+/// The columns of a batch, without entries.
+pub(super) fn empty(batch: &CurveBatch) -> Vec<Column> {
+    let of = |column: &Column| Column { name: column.name.clone(), values: column.values.gather(&[]) };
+    batch.columns().iter().map(of).collect()
+}
+
 /// Appends the columns at sites along curve `i`, whose points have these times.
 pub(super) fn push(batch: &CurveBatch, i: usize, knots: &[f64], sites: &[(usize, f64)], columns: &mut [Column]) {
     let count = batch.count(i);
-    let carried = Carried { batch, i, knots };
+    let entries = Entries { batch, i, knots };
     for (column, all) in columns.iter_mut().zip(batch.columns()) {
         match (&mut column.values, &all.values) {
             // Curves without points have samples too.
@@ -14,17 +20,17 @@ pub(super) fn push(batch: &CurveBatch, i: usize, knots: &[f64], sites: &[(usize,
                 values.numbers_mut().into_iter().for_each(|out| out.extend(sites.iter().map(|_| f64::NAN)));
             }
             (Values::Smooth(out) | Values::SmoothAngles(out), all) => {
-                out.extend(sites.iter().map(|&(span, u)| carried.smooth(all, span, u)));
+                out.extend(sites.iter().map(|&(span, u)| entries.smooth(all, span, u)));
             }
             (values, all) => {
-                sites.iter().for_each(|&(span, u)| values.push_between(all, carried.ends(span), u));
+                sites.iter().for_each(|&(span, u)| values.push_between(all, entries.ends(span), u));
             }
         }
     }
 }
 
 /// The entries along a curve with points.
-struct Carried<'a> {
+struct Entries<'a> {
     batch: &'a CurveBatch,
     i: usize,
     knots: &'a [f64],
@@ -37,10 +43,14 @@ struct Step {
     change: f64,
 }
 
-impl Carried<'_> {
+impl Entries<'_> {
     /// The entries at both ends of a span.
     fn ends(&self, span: usize) -> [usize; 2] {
         [span, span + 1].map(|k| self.batch.offsets()[self.i] + k % self.batch.count(self.i))
+    }
+
+    fn numbers(&self, values: &Values, span: usize) -> [f64; 2] {
+        self.ends(span).map(|k| values.numbers().map_or(f64::NAN, |numbers| numbers[k]))
     }
 
     /// The step of a span. `None` beyond the ends, in no time and next to blanks.
@@ -48,7 +58,7 @@ impl Carried<'_> {
         let spans = self.knots.len() as isize - 1;
         let span = if self.batch.is_closed(self.i) { span.rem_euclid(spans.max(1)) } else { span };
         let span = usize::try_from(span).ok().filter(|_| span < spans)?;
-        let [a, b] = self.ends(span).map(|k| values.numbers().map_or(f64::NAN, |numbers| numbers[k]));
+        let [a, b] = self.numbers(values, span);
         let change = if values.are_angles() { way_round(a, b)? } else { b - a };
         let time = self.knots[span + 1] - self.knots[span];
         (time > 0.0 && change.is_finite()).then_some(Step { time, change })
@@ -57,15 +67,14 @@ impl Carried<'_> {
     /// The monotone cubic at the fraction `u` of a span. Spans without a step are linear.
     fn smooth(&self, values: &Values, span: usize, u: f64) -> f64 {
         let steps = [-1, 0, 1].map(|away| self.step(values, span as isize + away));
-        let [before, Some(own), after] = steps else { return values.between(self.ends(span), u) };
-        if u == 0.0 || u == 1.0 {
+        let (true, [before, Some(own), after]) = (u > 0.0 && u < 1.0, steps) else {
             return values.between(self.ends(span), u);
-        }
+        };
         let [start, end] = [slope(own, before, after), slope(own, after, before)].map(|slope| slope * own.time);
         let (v, w) = (1.0 - u, u * u * (3.0 - 2.0 * u));
         let change = w * own.change + u * v * (v * start - u * end);
-        let a = self.ends(span).map(|k| values.numbers().map_or(f64::NAN, |numbers| numbers[k]));
-        if values.are_angles() { turned(a[0], a[1], change) } else { a[0] + change }
+        let [a, b] = self.numbers(values, span);
+        if values.are_angles() { turned(a, b, change) } else { a + change }
     }
 }
 

@@ -67,8 +67,7 @@ pub fn drive(batch: &CurveBatch, fit: &Fit, sampling: Sampling, vehicle: &Vehicl
     });
     let dimension = if fit.is_empty() { batch.dimension() } else { fit.curve(0).dimension() };
     let (mut points, mut columns, mut ends) = (Vec::new(), vec![Vec::new(); COLUMNS.len()], Vec::new());
-    let empty = |column: &Column| Column { name: column.name.clone(), values: column.values.gather(&[]) };
-    let mut along: Vec<Column> = batch.columns().iter().map(empty).collect();
+    let mut along = carried::empty(batch);
     for (i, drive) in drives.into_iter().enumerate() {
         for (column, own) in columns.iter_mut().zip(&drive.columns) {
             column.extend_from_slice(own);

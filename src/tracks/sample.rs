@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use super::{Easing, Quantity, carried};
-use crate::batch::{Column, CurveBatch, Values};
+use crate::batch::{CurveBatch, Values};
 use crate::curve::{Curve, Sampling, excess, rounded_up, sample_bytes};
 use crate::error::{Error, Result, short};
 use crate::memory::number;
@@ -70,8 +70,7 @@ pub fn sample_eased(
         return Err(Error::argument("easings are of time: ask for samples at times"));
     }
     let samples = parallel::map(batch.len(), 1, |i| of_curve(batch, &*fit.curve(i), i, at, quantities, easings));
-    let empty = |column: &Column| Column { name: column.name.clone(), values: column.values.gather(&[]) };
-    let mut columns: Vec<Column> = batch.columns().iter().map(empty).collect();
+    let mut columns = carried::empty(batch);
     // Planar points gain heights on a terrain.
     let dimension = if fit.is_empty() { batch.dimension() } else { fit.curve(0).dimension() };
     for mut column in quantities.iter().flat_map(|quantity| quantity.columns(dimension)) {

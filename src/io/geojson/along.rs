@@ -37,17 +37,13 @@ impl<'a> Along<'a> {
     pub fn write_times(&self, text: &mut Text) -> io::Result<()> {
         let origin = self.batch.origin();
         let Some(t) = self.batch.parameters(self.i).filter(|_| origin.timed) else { return Ok(()) };
-        let mut knots = t.to_vec();
-        if let Some(last) = t.last().filter(|_| self.batch.is_closed(self.i)) {
-            knots.push(last + self.batch.closing_length(self.i, t));
-        }
         let mut times = Values::Numbers(vec![]);
-        let knots = Values::Numbers(knots);
+        let knots = Values::Numbers(self.batch.times_with_end(self.i));
         self.places().for_each(|(k, u)| times.push_between(&knots, [k, (k + 1).min(knots.len() - 1)], u));
         let Values::Numbers(times) = times else { return Ok(()) };
         match origin.clock(self.i).map(|clock| clock.for_all(t.iter().copied())) {
             Some(clock) => self.write(text, DATES, |text, k| text.push(format!("\"{}\"", clock.write(times[k])))),
-            None => self.write(text, TIMES, |text, k| number(text, times[k])),
+            None => self.write(text, TIMES, |text, k| text.number_or_null(times[k])),
         }
     }
 
@@ -60,7 +56,7 @@ impl<'a> Along<'a> {
         });
         self.write(text, name, |text, k| match &values {
             Values::Texts(texts) => text.push(of_text(&texts[k]).to_string()),
-            values => number(text, values.numbers().map_or(f64::NAN, |numbers| numbers[k])),
+            values => text.number_or_null(values.numbers().map_or(f64::NAN, |numbers| numbers[k])),
         })
     }
 
@@ -90,9 +86,4 @@ impl<'a> Along<'a> {
 pub(super) fn of_text(text: &str) -> serde_json::Value {
     let number = text.parse::<serde_json::Number>().ok().filter(|number| number.to_string() == text);
     number.map_or_else(|| text.into(), serde_json::Value::Number)
-}
-
-/// JSON has no NaN.
-fn number(text: &mut Text, x: f64) -> io::Result<()> {
-    if x.is_finite() { text.number(x) } else { text.push("null") }
 }

@@ -40,13 +40,13 @@ pub(in crate::io) fn holds(name: &str, values: &Values) -> bool {
 
 fn write(out: &mut dyn Write, batch: &CurveBatch, options: &WriteOptions) -> io::Result<()> {
     let mut text = Text::new(out).with_decimals(options.decimals);
-    let times: Vec<Vec<f64>> = (0..batch.len()).map(|i| times(batch, i)).collect();
+    let times: Vec<Vec<f64>> = (0..batch.len()).map(|i| batch.times_with_end(i)).collect();
     let drawn: Vec<usize> = (0..batch.len()).filter(|&i| is_drawn(batch, i) && batch.count(i) > 0).collect();
     let all = || drawn.iter().flat_map(|&i| &times[i]);
     let period = all().fold([f64::INFINITY, f64::NEG_INFINITY], |[from, to], &t| [from.min(t), to.max(t)]);
     draw(&mut text, batch, false, None, |text, [_, _, width, height]| {
         // A drop whose point shows the rotation.
-        text.push("<defs><path id=\"marker\" style=\"fill:#c00;stroke:none\" transform=\"scale(")?;
+        text.push("<defs><path id=\"faircurve-marker\" style=\"fill:#c00;stroke:none\" transform=\"scale(")?;
         text.number(RADIUS * width.max(height))?;
         text.push(")\" d=\"M1.8,0Q0.9,-1 0,-1A1,1 0 0 0 0,1Q0.9,1 1.8,0Z\"/></defs>\n")?;
         drawn.iter().try_for_each(|&i| marker(text, batch, i, &times[i], period))
@@ -54,21 +54,11 @@ fn write(out: &mut dyn Write, batch: &CurveBatch, options: &WriteOptions) -> io:
     text.finish()
 }
 
-/// The times of the samples of a curve, or their numbers. A closed curve ends where it begins.
-fn times(batch: &CurveBatch, i: usize) -> Vec<f64> {
-    let count = batch.count(i);
-    let again = batch.is_closed(i) && count > 0;
-    match batch.parameters(i) {
-        Some(t) => t.iter().copied().chain(again.then(|| t[count - 1] + batch.closing_length(i, t))).collect(),
-        None => (0..count + usize::from(again)).map(|k| k as f64).collect(),
-    }
-}
-
 /// The marker of a curve. It waits at the ends while others move.
 fn marker(text: &mut Text, batch: &CurveBatch, i: usize, times: &[f64], [from, to]: [f64; 2]) -> io::Result<()> {
     let (points, first, count) = (batch.points(i), batch.offsets()[i], batch.count(i));
     let duration = to - from;
-    text.push("<use href=\"#marker\"")?;
+    text.push("<use href=\"#faircurve-marker\"")?;
     if duration.is_nan() || duration <= 0.0 {
         text.push(" transform=\"translate(")?;
         text.point(&[points[0], 0.0 - points[1]], ",")?;

@@ -12,11 +12,12 @@ use nalgebra::{Matrix3, SymmetricEigen};
 use super::SurfaceSpline;
 use super::course::Node;
 use super::setup::CourseResult;
-use crate::batch::{CurveBatch, Unfitted};
-use crate::constraint::Constraints;
+use crate::batch::{CurveBatch, Piece, Unfitted};
 use crate::curve::vector;
 use crate::deviation::Deviation;
-use crate::report::CurveSet;
+use crate::error::Result;
+use crate::report::{CurveReport, CurveSet};
+use crate::spline::cubic::CubicSplines;
 use crate::spline::knots::{Knots, Parametrisation};
 use crate::spline::smoothing::{Smoothing, SmoothingTarget};
 use crate::status::CurveStatus;
@@ -108,27 +109,16 @@ impl SurfaceSpline {
             return Err(Unfitted { status: report.status, message: report.message.unwrap_or_default() });
         }
         let curve = splines.curve(0);
-        let (t, parts) = (knots.t(i), self.parts_per_span());
-        let node = |at: f64| {
+        let (mut nodes, steps) = self.nodes_at(knots, i, |at| {
             let (span, u) = curve.locate(at);
             let jet = curve.jet(span, u);
             let (point, velocity) = plane.point(jet.point / unit, jet.first / unit);
             let (place, velocity) = globe.place_of(point, velocity);
             Node { place, velocity }
-        };
-        let (mut nodes, mut steps) = (Vec::with_capacity(parts * t.len()), Vec::with_capacity(parts * t.len()));
-        for k in 0..t.len() - 1 {
-            for part in 0..parts {
-                nodes.push(node(t[k] + (t[k + 1] - t[k]) * part as f64 / parts as f64));
-                steps.push((t[k + 1] - t[k]) / parts as f64);
-            }
-        }
-        if !closed {
-            nodes.push(node(t[t.len() - 1]));
-        }
+        });
         report.max_deviation = 0.0;
         for (k, &point) in given.iter().enumerate() {
-            let row = parts * knots.entry(i, k) % nodes.len();
+            let row = self.parts_per_span() * knots.entry(i, k) % nodes.len();
             let is_end = self.pin_ends && !closed && (k == 0 || k + 1 == given.len());
             if is_end || batch.is_pinned(i, k) {
                 nodes[row].place = point;
@@ -142,18 +132,17 @@ impl SurfaceSpline {
         Ok(CourseResult { nodes, steps, report })
     }
 
-    /// The target in metres, and its distance.
+    /// The target in metres, and its distance: 0 if it has none.
     fn near_distance(&self, batch: &CurveBatch, i: usize) -> (SmoothingTarget, f64) {
-        let metres = |deviation: Deviation| match deviation {
-            Deviation::Metres(metres) => metres,
-            other => other.of(batch, i),
-        };
-        match self.smoothing {
-            Some(SmoothingTarget::Deviation(own)) => (SmoothingTarget::Deviation(metres(own).into()), metres(own)),
-            Some(SmoothingTarget::Tube(own)) => (SmoothingTarget::Tube(metres(own).into()), metres(own)),
-            Some(SmoothingTarget::CrossValidation) => (SmoothingTarget::CrossValidation, 0.0),
-            _ => unreachable!("a distance is asked for"),
-        }
+        let mut distance = 0.0;
+        let target = self.smoothing.expect("a curve near its points has a target").with(|own| {
+            distance = match own {
+                Deviation::Metres(metres) => metres,
+                other => other.of(batch, i),
+            };
+            distance.into()
+        });
+        (target, distance)
     }
 
     /// The smoothing spline of a curve in the plane.
@@ -165,33 +154,21 @@ impl SurfaceSpline {
         coords: Vec<f64>,
         target: SmoothingTarget,
         radii: Vec<f64>,
-    ) -> crate::Result<(crate::spline::CubicSplines, crate::CurveReport)> {
+    ) -> Result<(CubicSplines, CurveReport)> {
         let (t, count, closed) = (knots.t(i), batch.count(i), knots.closed[i]);
         let parameters: Vec<f64> = (0..count).map(|k| t[knots.entry(i, k) % t.len()]).collect();
         let closing = if closed { t[t.len() - 1] - parameters[count - 1] } else { 0.0 };
-        let pinned = (0..count).map(|k| batch.is_pinned(i, k)).collect();
-        let mut plane = CurveBatch::from_ragged(2, coords, vec![0, count])?
-            .closed_each(vec![closed])?
-            .with_parameters(parameters)?
-            .with_closing_spans(vec![closing])?
-            .with_constraints(Constraints { pinned: Some(pinned), ..Constraints::default() })?;
+        // Sentences about a piece name the points of the whole.
+        let piece = batch.cut(vec![Piece { curve: i, first: 0, count, closed }]);
+        let mut plane =
+            piece.moved(2, coords, vec![]).with_parameters(parameters)?.with_closing_spans(vec![closing])?;
         if target == SmoothingTarget::CrossValidation {
             // Noise is the same everywhere on the ground.
             let weight = |(k, radius): (usize, &f64)| batch.weights(i).map_or(1.0, |own| own[k]) / (radius * radius);
             plane = plane.with_weights(radii.iter().enumerate().map(weight).collect())?;
-        } else if let Some(weights) = batch.weights(i) {
-            plane = plane.with_weights(weights.to_vec())?;
         }
         let smoothing = Smoothing { target, pin_ends: self.pin_ends, parametrisation: Parametrisation::Given };
         let (splines, mut reports) = smoothing.fit_with_radii(&plane, radii)?;
-        let mut report = reports.remove(0);
-        // The sentence names the curve of the batch.
-        report.message = report.message.map(|message| batch.sentence(i, 0, without_place(&message)));
-        Ok((splines, report))
+        Ok((splines, reports.remove(0)))
     }
-}
-
-/// A sentence without the curve and the point that it begins with.
-fn without_place(message: &str) -> &str {
-    message.split_once(": ").map_or(message, |(_, what)| what)
 }

@@ -144,14 +144,9 @@ impl SurfaceSpline {
         Ok(CourseResult { nodes: course.nodes, steps: course.steps, report })
     }
 
-    /// The nodes of a curve on its start, and the times between them.
-    fn nodes(&self, knots: &Knots, i: usize, start: &dyn Curve) -> (Vec<Node>, Vec<f64>) {
+    /// The nodes of a curve at the parts of its spans, and the times between them.
+    pub(super) fn nodes_at(&self, knots: &Knots, i: usize, node: impl Fn(f64) -> Node) -> (Vec<Node>, Vec<f64>) {
         let (t, parts) = (knots.t(i), self.parts_per_span());
-        let node = |at: f64| {
-            let (span, u) = start.locate(at);
-            let jet = jet_onto(&*self.surface, start.jet(span, u));
-            Node { place: jet.point, velocity: jet.first }
-        };
         let (mut nodes, mut steps) = (Vec::with_capacity(parts * t.len()), Vec::with_capacity(parts * t.len()));
         for k in 0..t.len() - 1 {
             for part in 0..parts {
@@ -162,6 +157,17 @@ impl SurfaceSpline {
         if !knots.closed[i] {
             nodes.push(node(t[t.len() - 1]));
         }
+        (nodes, steps)
+    }
+
+    /// The nodes of a curve on its start, and the times between them.
+    fn nodes(&self, knots: &Knots, i: usize, start: &dyn Curve) -> (Vec<Node>, Vec<f64>) {
+        let parts = self.parts_per_span();
+        let (mut nodes, steps) = self.nodes_at(knots, i, |at| {
+            let (span, u) = start.locate(at);
+            let jet = jet_onto(&*self.surface, start.jet(span, u));
+            Node { place: jet.point, velocity: jet.first }
+        });
         // Data points keep their bits.
         for (node, place) in nodes.iter_mut().step_by(parts).zip(knots.values(i).chunks_exact(3)) {
             node.place = vector(place);
