@@ -52,14 +52,34 @@ pub(super) struct InDiscs<const D: usize> {
 }
 
 /// Finds the least energy within the discs.
+///
+/// If that fails, as for corners about as wide as their discs, vertices of data points keep their
+/// places along the curve, at the cost of some energy.
 pub(super) async fn within_discs<const D: usize>(
+    curve: &CurveFit<'_, D>,
+    ready: PreparedCurve<D>,
+    deviations: [f64; 2],
+    in_f32: bool,
+) -> InDiscs<D> {
+    let sliding = rounds(curve, ready.clone(), deviations, in_f32, true).await;
+    if sliding.is_minimum() {
+        return sliding;
+    }
+    let mut held = rounds(curve, ready, deviations, in_f32, false).await;
+    held.outcome.iterations += sliding.outcome.iterations;
+    held
+}
+
+/// The rounds, in which vertices of data points slide along the curve or not.
+async fn rounds<const D: usize>(
     curve: &CurveFit<'_, D>,
     mut ready: PreparedCurve<D>,
     [asked, allowed]: [f64; 2],
     in_f32: bool,
+    slides: bool,
 ) -> InDiscs<D> {
     let CurveFit { fair, batch, i, .. } = *curve;
-    let mut discs = Discs::around(&mut ready, fair, allowed, in_f32, batch, i);
+    let mut discs = Discs::around(&mut ready, fair, allowed, in_f32, slides, batch, i);
     ready.problem.tolerance = FIRST.max(fair.tolerance);
     let mut own = Constrained::new(ready, None);
     let mut tauter = Vec::new();
@@ -118,6 +138,14 @@ impl<const D: usize> InDiscs<D> {
             kept.judge_within(&mut report, curve.batch, curve.i, asked);
         }
         ((report, vertices), on_cpu)
+    }
+
+    /// Whether the rounds have found a minimum without loops.
+    fn is_minimum(&self) -> bool {
+        let vertices = self.ready.vertices_of(&self.outcome);
+        self.outcome.termination == TerminationStatus::Converged
+            && self.discs.is_settled()
+            && !has_swung_out(&vertices, &self.ready.rows, self.allowed)
     }
 
     /// The report of the curve, and its vertices.

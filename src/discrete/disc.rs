@@ -5,7 +5,9 @@
 //! of [`Anchor`]. If the curve touches a disc, y D is the force that holds it there.
 //!
 //! A vertex could slide along its curve without cost, or to shorten a taut span. Tangential anchors
-//! prevent this. They lie along the curve's tangents after the first rounds. They are faircurve's.
+//! prevent this. They lie along the curve's tangents after the first rounds, and lead each vertex to the
+//! place where the curve is nearest to the data point: (f − p)·T = 0. There they exert no force, and the
+//! curve is the fairest within D of the points, at whatever vertex. They are faircurve's.
 
 use super::energy::Anchor;
 use super::fair::{Fair, Pins};
@@ -13,7 +15,7 @@ use super::multipliers::Multipliers;
 use super::problem::Problem;
 use super::setup::{LONGEST, PreparedCurve, set_up_on_spline};
 use crate::batch::CurveBatch;
-use crate::linalg::scalar::{add, dot, scale};
+use crate::linalg::scalar::{Vector, add, dot, scale};
 
 /// The margin by which discs are smaller than the deviation, in units of the deviation.
 ///
@@ -45,11 +47,20 @@ const SLOW: f64 = 4.0;
 /// of 100 these are 17, and with 1000 they are 6.
 const TANGENTIAL_STIFFNESS: f64 = 100.0;
 
-/// Tangential anchors are reset after each of this many first rounds.
+/// Tangential anchors are reset after each of this many first rounds, where vertices keep their places and
+/// where they slide.
 ///
 /// With 0, vertices bunch where the curve has turned since, and some 30 of those borders do not
-/// converge. If anchors were reset in every round, they and the corners would follow each other.
-const LAYING: u32 = 2;
+/// converge. If anchors of held vertices were reset in every round, they and the corners would follow each
+/// other.
+const LAYING: [u32; 2] = [2, 10];
+
+/// The length below which the ends of a span do not slide towards each other, as a fraction of the span's
+/// length at the start.
+///
+/// Discs that overlap may have their nearest vertices in the other order. Without a least length, 50 of
+/// those borders do not converge.
+const LEAST_LENGTH: f64 = 0.5;
 
 /// The discs of a curve, with their multipliers.
 #[derive(Clone)]
@@ -62,6 +73,12 @@ pub(super) struct Discs {
     multipliers: Vec<f64>,
     violation: f64,
     rounds: u32,
+    /// The least length of each span, if its ends slide along the curve.
+    least: Option<Vec<f64>>,
+    /// The vertex indices at the ends of each span.
+    rows: Vec<u32>,
+    /// The spans before and after every attached vertex.
+    beside: Vec<[Option<usize>; 2]>,
 }
 
 impl Discs {
@@ -73,6 +90,7 @@ impl Discs {
         held: &Fair,
         allowed: f64,
         in_f32: bool,
+        slides: bool,
         batch: &CurveBatch,
         i: usize,
     ) -> Self {
@@ -93,13 +111,19 @@ impl Discs {
         problem.taut.iter_mut().for_each(|taut| *taut /= 1.0 + *taut * square);
         let order = held.energy.order() as i32;
         let beside = spans_beside(&ready.rows, problem);
-        for (attached, h) in problem.attached.iter_mut().zip(beside) {
+        let lengths = span_lengths(&ready.rows, problem);
+        for (attached, spans) in problem.attached.iter_mut().zip(&beside) {
+            let spans = spans.iter().flatten();
+            let h = spans.clone().map(|&span| lengths[span]).sum::<f64>() / spans.count() as f64;
             attached.stiffness = INITIAL_PENALTY * problem.highest * h.powi(1 - 2 * order);
             attached.anchor = Anchor { stiffness: attached.stiffness / square, reach: square, ..Anchor::NONE };
         }
-        lay_rails(problem);
         let multipliers = vec![0.0; problem.attached.len()];
-        Discs { margin, radius, multipliers, violation: f64::INFINITY, rounds: 0 }
+        let least = slides.then(|| lengths.iter().map(|length| LEAST_LENGTH * length).collect());
+        let (violation, rows) = (f64::INFINITY, ready.rows.clone());
+        let discs = Discs { margin, radius, multipliers, violation, rounds: 0, least, rows, beside };
+        discs.lay_rails(problem);
+        discs
     }
 
     /// Whether the multipliers are accurate enough for a descent to the method's tolerance.
@@ -120,6 +144,32 @@ impl Discs {
     /// Restarts the rounds with the same multipliers.
     pub fn begin_again(&mut self) {
         (self.rounds, self.violation) = (0, f64::INFINITY);
+    }
+
+    /// Sets tangential anchors along the tangents of the current curve, each towards the vertex at which
+    /// the curve is nearest to the data point. Spans keep their least lengths.
+    fn lay_rails<const D: usize>(&self, problem: &mut Problem<D>) {
+        let lengths = span_lengths(&self.rows, problem);
+        let room = |span: usize| self.least.as_ref().map_or(0.0, |least| 0.5 * (lengths[span] - least[span]).max(0.0));
+        let Problem { base, attached, closed, .. } = problem;
+        for (attached, spans) in attached.iter_mut().zip(&self.beside) {
+            let row = attached.row as usize;
+            let before = base[if row > 0 || !*closed { row.saturating_sub(1) } else { base.len() - 1 }];
+            let after = base.get(row).copied().unwrap_or(before);
+            let [s, t] = [before, after].map(|edge| dot(edge, edge).sqrt());
+            let along = add(scale(1.0 / s, before), scale(1.0 / t, after));
+            // Edges that turn back on each other have no common tangent.
+            let length = dot(along, along).sqrt().max(f64::MIN_POSITIVE);
+            let tangent = scale(1.0 / length, along);
+            let way = dot(tangent, attached.target);
+            let shift = match *spans {
+                [Some(before), Some(after)] => way.clamp(-room(before), room(after)),
+                _ => 0.0,
+            };
+            let stiffness = (TANGENTIAL_STIFFNESS * attached.stiffness).sqrt();
+            attached.anchor.tangent = scale(stiffness, tangent);
+            attached.anchor.along = stiffness * (shift - way);
+        }
     }
 
     /// Updates the multipliers, and returns the largest violation in units of D².
@@ -150,8 +200,8 @@ impl<const D: usize> Multipliers<D> for Discs {
         for (attached, multiplier) in problem.attached.iter_mut().zip(&self.multipliers) {
             attached.anchor.reach = square - 2.0 * multiplier / attached.anchor.stiffness;
         }
-        if self.rounds <= LAYING {
-            lay_rails(problem);
+        if self.rounds <= LAYING[usize::from(self.least.is_some())] {
+            self.lay_rails(problem);
         }
     }
 
@@ -174,34 +224,20 @@ fn through_its_points<const D: usize>(held: &Fair, batch: &CurveBatch, i: usize)
     set_up_on_spline(&pinned, batch, i, [false; 2]).ok()
 }
 
-/// The mean length of the spans adjacent to every attached vertex.
-fn spans_beside<const D: usize>(rows: &[u32], problem: &Problem<D>) -> Vec<f64> {
-    let lengths: Vec<f64> = problem.base.iter().map(|edge| dot(*edge, *edge).sqrt()).collect();
-    let mut beside = vec![(0.0, 0.0); problem.vertices()];
-    // Spans between repeated points have no edge.
-    for ends in rows.windows(2).filter(|ends| ends[0] < ends[1]) {
-        let length: f64 = lengths[ends[0] as usize..ends[1] as usize].iter().sum();
-        for &row in ends {
-            let (sum, sides) = &mut beside[row as usize % problem.vertices()];
-            (*sum, *sides) = (*sum + length, *sides + 1.0);
-        }
-    }
-    let mean = |row: u32| beside[row as usize].0 / beside[row as usize].1;
-    problem.attached.iter().map(|attached| mean(attached.row)).collect()
+/// The length of every span at the base.
+fn span_lengths<const D: usize>(rows: &[u32], problem: &Problem<D>) -> Vec<f64> {
+    let length = |edge: &Vector<f64, D>| dot(*edge, *edge).sqrt();
+    let span = |ends: &[u32]| problem.base[ends[0] as usize..ends[1] as usize].iter().map(length).sum();
+    rows.windows(2).map(span).collect()
 }
 
-/// Sets tangential anchors along the tangents of the current curve.
-fn lay_rails<const D: usize>(problem: &mut Problem<D>) {
-    let Problem { base, attached, closed, .. } = problem;
-    for attached in attached {
-        let row = attached.row as usize;
-        let before = base[if row > 0 || !*closed { row.saturating_sub(1) } else { base.len() - 1 }];
-        let after = base.get(row).copied().unwrap_or(before);
-        let [s, t] = [before, after].map(|edge| dot(edge, edge).sqrt());
-        let along = add(scale(1.0 / s, before), scale(1.0 / t, after));
-        // Edges that turn back on each other have no common tangent.
-        let length = dot(along, along).sqrt().max(f64::MIN_POSITIVE);
-        attached.anchor.tangent = scale((TANGENTIAL_STIFFNESS * attached.stiffness).sqrt() / length, along);
-        attached.anchor.along = -dot(attached.anchor.tangent, attached.target);
+/// The spans before and after every attached vertex, as far as there are any.
+fn spans_beside<const D: usize>(rows: &[u32], problem: &Problem<D>) -> Vec<[Option<usize>; 2]> {
+    let mut beside = vec![[None; 2]; problem.vertices()];
+    // Spans between repeated points have no edge.
+    for (span, ends) in rows.windows(2).enumerate().filter(|(_, ends)| ends[0] < ends[1]) {
+        beside[ends[1] as usize % problem.vertices()][0] = Some(span);
+        beside[ends[0] as usize][1] = Some(span);
     }
+    problem.attached.iter().map(|attached| beside[attached.row as usize]).collect()
 }

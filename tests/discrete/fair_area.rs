@@ -63,7 +63,12 @@ fn curves_keep_the_area_of_their_points() {
                 converged += 1;
                 assert!(own.abs() <= 2e-6, "curve {i}, {deviation:?}: {own:e} where it was {without:e}");
                 let least = free.reports()[i].energy;
-                assert!(report.energy >= least * (1.0 - 1e-9), "curve {i}: {} {least}", report.energy);
+                // Within a deviation tautness also depends on which vertices belong to the points.
+                assert!(
+                    deviation.is_some() || report.energy >= least * (1.0 - 1e-9),
+                    "curve {i}: {} {least}",
+                    report.energy
+                );
             }
         }
         println!("deviation {deviation:?}, corners {corners:?}: {converged} of {}", batch.len());

@@ -232,6 +232,24 @@ fn ends_of_open_curves_stay_unless_they_are_freed() {
 }
 
 #[test]
+fn within_discs_the_nearest_vertex_is_the_one_of_the_point() {
+    // The least energy is 1.8462, of a curve that an independent search found.
+    let points = [[0.0, 1.0], [0.7, -0.3], [1.4, 0.0], [2.5, -0.9]];
+    let segments = Segments::PerSpan(16);
+    let fair = Fair { segments, ..near(bending(2.0) + 0.5 * length(), 0.3) };
+    let (vertices, report) = fitted::<2>(&fair, &one(&points, false), 16);
+    assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
+    assert!(report.energy <= 1.8462 * 1.001, "{report:?}");
+    for (k, point) in points.iter().enumerate().take(3).skip(1) {
+        let [before, after] = [0, 1].map(|step| minus(vertices[16 * k + step], vertices[16 * k + step - 1]));
+        let along: Planar = std::array::from_fn(|c| before[c] / norm(before) + after[c] / norm(after));
+        let offset = minus(vertices[16 * k], *point);
+        let cosine = dot(along, offset) / (norm(along) * norm(offset));
+        assert!(cosine.abs() < 1e-3, "{k}: {cosine}");
+    }
+}
+
+#[test]
 fn curves_in_space_keep_the_deviation_too() {
     // A helix that is closed comes back from its end to its start by two loops.
     let (helix, saddle) = (noisy::<3>(13, 0.05, 7), risen::<3>(13, 0.05, 7, |t| 0.3 * (2.0 * t).cos()));
@@ -358,11 +376,11 @@ fn a_part_of_the_size_is_of_the_whole_curve_where_corners_cut_it() {
         ..near(bending(2.0) + tautness(), 1.0)
     };
     let size = 10.1f64.hypot(1.1);
-    let [relative, absolute] = [Deviation::OfSize(0.01), Deviation::Units(0.01 * size)]
+    let [relative, absolute] = [Deviation::OfSize(0.008), Deviation::Units(0.008 * size)]
         .map(|deviation| cornered(deviation).fit(&batch, &Device::cpu()).unwrap().reports()[0].clone());
     assert_eq!(relative.status, CurveStatus::Converged, "{relative:?}");
     assert!((relative.energy - absolute.energy).abs() <= 1e-12 * absolute.energy, "{relative:?} {absolute:?}");
-    assert!((relative.max_deviation - 0.01 * size).abs() <= 3e-4 * 0.01 * size, "{relative:?}");
+    assert!((relative.max_deviation - 0.008 * size).abs() <= 3e-4 * 0.008 * size, "{relative:?}");
 }
 
 #[test]
