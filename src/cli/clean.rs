@@ -1,7 +1,6 @@
 //! Cleaning of tracks before they are fitted.
 
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
 use clap::Args;
 use faircurve::io::{self, WriteOptions};
@@ -9,35 +8,9 @@ use faircurve::tracks::{self, Cleaned, Cleaning, Dropped, Duplicates, Stops};
 use faircurve::{CurveBatch, Error, Result};
 
 use super::count;
-use super::lengths::{self, Length};
+use super::lengths::{self, Length, Speed};
 use super::track::time;
 use super::words::one_of;
-
-/// Units of speeds, in metres per second.
-const SPEEDS: [(&str, f64); 4] =
-    [("km/h", 1.0 / 3.6), ("kn", 1852.0 / 3600.0), ("mph", 1609.344 / 3600.0), ("m/s", 1.0)];
-
-/// A speed: a number in units of the input, or in metres per second.
-#[derive(Clone, Copy, Debug)]
-struct Speed {
-    number: f64,
-    is_metric: bool,
-}
-
-impl FromStr for Speed {
-    type Err = Error;
-
-    fn from_str(text: &str) -> Result<Self> {
-        let of = |(unit, metric): &(&str, f64)| Some(text.strip_suffix(unit)?.trim().parse::<f64>().ok()? * metric);
-        if let Some(number) = SPEEDS.iter().find_map(of) {
-            return Ok(Speed { number, is_metric: true });
-        }
-        let number = text.parse().map_err(|_| {
-            Error::argument(format!("'{text}' is no speed: give one such as 60kn, 100km/h or 30m/s, or a number"))
-        })?;
-        Ok(Speed { number, is_metric: false })
-    }
-}
 
 #[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Cleaning of tracks")]
@@ -51,6 +24,11 @@ pub struct CleanArgs {
     /// What becomes of points of a track that have the time of another [default: keep]
     #[arg(long, value_name = "HOW", value_parser = one_of(Duplicates::WORDS))]
     duplicates: Option<Duplicates>,
+    /// Drops outliers: points 5 times as far as noise from where the points before and after lead
+    ///
+    /// A point at a sharp turn stays: it lies where the two before it, or the two after it, lead.
+    #[arg(long)]
+    robust: bool,
     /// Holds stops, at one place, such as 200m,10min: all within R of their first point for DT or longer
     ///
     /// For longitudes and latitudes R is in metres without a unit, too.
@@ -69,10 +47,10 @@ impl CleanArgs {
 
     /// The cleaned tracks and the dropped points, if cleaning was asked for, with what is to be said.
     pub fn clean(&self, batch: CurveBatch) -> Result<(CurveBatch, Option<CurveBatch>, Vec<String>)> {
-        if self.max_speed.is_none() && self.duplicates.is_none() && self.stops.is_none() {
+        if self.max_speed.is_none() && self.duplicates.is_none() && self.stops.is_none() && !self.robust {
             return match &self.dropped {
                 Some(file) => Err(Error::argument(format!(
-                    "--dropped {} is for points that cleaning drops: add --max-speed, --duplicates or --stops",
+                    "--dropped {} is for points that cleaning drops: add --max-speed, --duplicates, --robust or --stops",
                     file.display()
                 ))),
                 None => Ok((batch, None, vec![])),
@@ -85,7 +63,8 @@ impl CleanArgs {
         }
         let cleaning = Cleaning {
             duplicates: self.duplicates.unwrap_or_default(),
-            max_speed: self.max_speed.map(|speed| in_units_of(speed, &batch)).transpose()?,
+            max_speed: self.max_speed.map(|speed| speed.in_units_of("--max-speed", &batch)).transpose()?,
+            outliers: self.robust,
             stops: self.stops.as_deref().map(|stops| self::stops(stops, &batch)).transpose()?,
         };
         let cleaned = tracks::clean(&batch, &cleaning)?;
@@ -100,23 +79,6 @@ impl CleanArgs {
             Some(file) => io::write_with(file, dropped, &WriteOptions { overwrite, ..WriteOptions::default() }),
             None => Ok(()),
         }
-    }
-}
-
-/// A speed in units of a batch.
-fn in_units_of(speed: Speed, batch: &CurveBatch) -> Result<f64> {
-    if !speed.is_metric {
-        return Ok(speed.number);
-    }
-    let metre = if batch.is_geographic() { Some(1.0) } else { batch.metres() };
-    match metre {
-        Some(metre) if batch.has_dates() => Ok(speed.number / metre),
-        Some(_) => Err(Error::argument(
-            "--max-speed has a unit, and times are numbers and no dates: give metres by their unit, as a number",
-        )),
-        None => Err(Error::argument(
-            "--max-speed has a unit, and the file does not say the unit of its coordinates: give a number in that unit",
-        )),
     }
 }
 

@@ -124,6 +124,7 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     let (batch, easings) = args.tracks.easings(args.tracks.split(batch)?)?;
     let (own, notes_of_units) = args.in_units_of(&batch)?;
     let args = &own;
+    let batch = args.method.smooth_elevations(batch)?;
     if !notes_of_units.is_empty() {
         (method, note_of_tolerance) = args.method(args.asked_tolerance()?)?;
     }
@@ -230,7 +231,6 @@ impl FitArgs {
         }
         // Metres are metres there.
         let notes = on_earth.map_or(notes, |note| vec![note]);
-        own.method.check_heights(batch)?;
         Ok((own, notes))
     }
 

@@ -69,10 +69,22 @@ const JOBS: [Job; 5] = [
         asks: "tube",
         called: Some("within"),
         optional: true,
-        options: &["within_height", "columns", "max_speed", "stops", "dropped", "gap", "every", "at", "write"],
+        options: &[
+            "within_height",
+            "columns",
+            "max_speed",
+            "robust",
+            "stops",
+            "dropped",
+            "gap",
+            "every",
+            "at",
+            "write",
+        ],
         presets: &[
             ("method", "smoothing"),
             ("smoothing", "gcv"),
+            ("within_height", "gcv"),
             ("pin", "none"),
             ("carry", "all"),
             ("duplicates", "first"),
@@ -137,7 +149,7 @@ pub fn expanded(arguments: Vec<OsString>, matches: &ArgMatches) -> Vec<OsString>
             || fit.get_arguments().any(|other| is_given(own, other.get_id().as_str()) && excludes(other))
     };
     let presets = job.presets.iter().filter(|(option, _)| !gives_way(option));
-    let presets = presets.flat_map(|(option, value)| [format!("--{option}"), value.to_string()]);
+    let presets = presets.flat_map(|(option, value)| [format!("--{}", option.replace('_', "-")), value.to_string()]);
     let mut expanded = arguments;
     if let Some(called) = job.called {
         let (here, there) = (format!("--{called}"), format!("--{}", job.asks));

@@ -1,4 +1,4 @@
-//! Lengths with units, once the curves are known.
+//! Lengths and speeds with units, once the curves are known.
 
 use std::fmt::{self, Display, Formatter};
 use std::str::FromStr;
@@ -65,5 +65,50 @@ pub fn in_units_of(
         None => Err(Error::argument(format!(
             "{option} is {given}, and the file does not say the unit of its coordinates: give a number in that unit"
         ))),
+    }
+}
+
+/// Units of speeds, in metres per second.
+const SPEEDS: [(&str, f64); 4] =
+    [("km/h", 1.0 / 3.6), ("kn", 1852.0 / 3600.0), ("mph", 1609.344 / 3600.0), ("m/s", 1.0)];
+
+/// A speed: a number in units of the input, or in metres per second.
+#[derive(Clone, Copy, Debug)]
+pub struct Speed {
+    number: f64,
+    is_metric: bool,
+}
+
+impl FromStr for Speed {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let of = |(unit, metric): &(&str, f64)| Some(text.strip_suffix(unit)?.trim().parse::<f64>().ok()? * metric);
+        if let Some(number) = SPEEDS.iter().find_map(of) {
+            return Ok(Speed { number, is_metric: true });
+        }
+        let number = text.parse().map_err(|_| {
+            Error::argument(format!("'{text}' is no speed: give one such as 60kn, 100km/h or 30m/s, or a number"))
+        })?;
+        Ok(Speed { number, is_metric: false })
+    }
+}
+
+impl Speed {
+    /// The speed in units of a batch.
+    pub fn in_units_of(self, option: &str, batch: &CurveBatch) -> Result<f64> {
+        if !self.is_metric {
+            return Ok(self.number);
+        }
+        let metre = if batch.is_geographic() { Some(1.0) } else { batch.metres() };
+        match metre {
+            Some(metre) if batch.has_dates() => Ok(self.number / metre),
+            Some(_) => Err(Error::argument(format!(
+                "{option} has a unit, and times are numbers and no dates: speeds are in metres by their unit"
+            ))),
+            None => Err(Error::argument(format!(
+                "{option} has a unit, and the file does not say the unit of its coordinates: give a number in that unit"
+            ))),
+        }
     }
 }

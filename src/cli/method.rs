@@ -14,7 +14,8 @@ use clap::{Args, ValueEnum};
 use faircurve::discrete::{Pins, Solver};
 use faircurve::scf::Smooth;
 use faircurve::spline::{Band, Corners, Natural, Parametrisation, Smoothing, SmoothingTarget};
-use faircurve::{CurveBatch, Deviation, Error, Result};
+use faircurve::tracks::{self, ELEVATION};
+use faircurve::{Column, CurveBatch, Deviation, Error, Result};
 
 pub use self::chosen::Method;
 pub use self::energy::weights;
@@ -24,6 +25,21 @@ use self::surface::SurfaceArgs;
 use super::given::Given;
 use super::lengths::Length;
 use super::words::one_of;
+
+/// How much heights are smoothed.
+#[derive(Clone, Copy, Debug)]
+pub enum HeightTarget {
+    Within(Length),
+    Gcv,
+}
+
+impl FromStr for HeightTarget {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        if text == "gcv" { Ok(HeightTarget::Gcv) } else { text.parse().map(HeightTarget::Within) }
+    }
+}
 
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 pub enum MethodName {
@@ -154,9 +170,11 @@ pub struct MethodArgs {
     /// --deviation.
     #[arg(long, value_name = "D", conflicts_with_all = ["smoothing", "deviation"], allow_negative_numbers = true, help_heading = "Near the points")]
     tube: Option<Deviation>,
-    /// Keeps smoothed heights of longitudes and latitudes within H of those given
-    #[arg(long, value_name = "H", allow_negative_numbers = true, help_heading = "Near the points")]
-    within_height: Option<Length>,
+    /// Keeps smoothed heights of tracks within H of those given, or smooths them as their noise asks: gcv
+    ///
+    /// Heights are the column z of longitudes and latitudes, or the elevations of a GPX file, a column ele.
+    #[arg(long, value_name = "H|gcv", allow_negative_numbers = true, help_heading = "Near the points")]
+    within_height: Option<HeightTarget>,
     /// Smooth curves within D of the whole polygon, and the polygon within D of them
     ///
     /// For maps and drawings, where the lines between points count. Long straight lines stay
@@ -347,14 +365,27 @@ impl MethodArgs {
         Some(format!("{what} on the ground: lengths and speeds are in metres, as with --surface wgs84"))
     }
 
-    /// Checks that there are heights to smooth.
-    pub fn check_heights(&self, batch: &CurveBatch) -> Result<()> {
-        match self.within_height {
-            Some(height) if !self.surface.is_globe() || batch.dimension() == 2 => Err(Error::argument(format!(
-                "--within-height {height} is of heights of longitudes and latitudes on the ground: give a column z, and \
-                 --surface wgs84 or a distance in metres"
-            ))),
-            _ => Ok(()),
+    /// How heights are smoothed, if they are.
+    fn heights(&self) -> Option<SmoothingTarget> {
+        Some(match self.within_height? {
+            HeightTarget::Gcv => SmoothingTarget::CrossValidation,
+            HeightTarget::Within(Length(distance)) => SmoothingTarget::Tube(distance),
+        })
+    }
+
+    /// The batch with smoothed elevations, if they are a column and smoothing was asked for.
+    pub fn smooth_elevations(&self, batch: CurveBatch) -> Result<CurveBatch> {
+        let is_elevation = |column: &Column| column.name == ELEVATION && column.values.numbers().is_some();
+        let is_column = batch.dimension() == 2 && batch.has_parameters() && batch.columns().iter().any(is_elevation);
+        match (self.heights(), self.within_height) {
+            (Some(target), _) if is_column => tracks::smooth_column(&batch, ELEVATION, target),
+            (_, Some(HeightTarget::Within(height))) if !self.surface.is_globe() || batch.dimension() == 2 => {
+                Err(Error::argument(format!(
+                    "--within-height {height} is of heights of longitudes and latitudes on the ground: give a column z and \
+                     --surface wgs84 or a distance in metres, or elevations with times, a column ele"
+                )))
+            }
+            _ => Ok(batch),
         }
     }
 
@@ -377,7 +408,10 @@ impl MethodArgs {
     /// The distances and lengths among the options.
     pub fn lengths(&mut self) -> impl Iterator<Item = (&'static str, &mut Deviation)> {
         let near = [("--deviation", &mut self.deviation), ("--tube", &mut self.tube), ("--within", &mut self.within)];
-        let height = self.within_height.iter_mut().map(|length| ("--within-height", &mut length.0));
+        let height = self.within_height.iter_mut().filter_map(|height| match height {
+            HeightTarget::Within(length) => Some(("--within-height", &mut length.0)),
+            HeightTarget::Gcv => None,
+        });
         let near = near.into_iter().filter_map(|(option, distance)| Some((option, distance.as_mut()?))).chain(height);
         near.chain(self.limits.lengths().map(|(option, length)| (option, &mut length.0)))
     }

@@ -1,6 +1,7 @@
 //! Tracks: what travels along, gaps, and samples at times.
 
 use std::path::PathBuf;
+use std::str::FromStr;
 
 use clap::Args;
 use faircurve::ground::check_samples;
@@ -12,6 +13,7 @@ use jiff::{Span, SpanRelativeTo, Unit};
 
 use super::count;
 use super::given::Given;
+use super::lengths::Speed;
 use super::sampling::count_of;
 use super::words::one_of;
 
@@ -52,6 +54,9 @@ pub struct TrackArgs {
     /// Writes more columns, into CSV, NPZ and TRK
     #[arg(long, value_name = "QUANTITY,...", value_delimiter = ',', value_parser = one_of(Quantity::WORDS), help_heading = "Output")]
     write: Vec<Quantity>,
+    /// The unit of --write speed, where lengths are in metres and times are dates
+    #[arg(long, value_name = "UNIT", value_parser = ["km/h", "kn", "mph", "m/s"], help_heading = "Output")]
+    units: Option<String>,
 }
 
 /// Where curves are sampled, as far as that is known before they are read.
@@ -66,6 +71,8 @@ pub struct Samples<'a> {
     places: Places,
     quantities: &'a [Quantity],
     easings: Vec<Easing>,
+    /// What speeds are divided by.
+    speed_unit: f64,
 }
 
 impl TrackArgs {
@@ -151,7 +158,8 @@ impl TrackArgs {
             _ if self.write.is_empty() && batch.columns().is_empty() => return Ok(None),
             _ => Places::Along(sampling),
         };
-        Ok(Some(Samples { places, quantities: &self.write, easings }))
+        let unit = self.units.as_ref().map(|unit| Speed::from_str(&format!("1{unit}"))?.in_units_of("--units", batch));
+        Ok(Some(Samples { places, quantities: &self.write, easings, speed_unit: unit.transpose()?.unwrap_or(1.0) }))
     }
 }
 
@@ -208,7 +216,16 @@ impl Samples<'_> {
 
     /// The samples of a fit.
     pub fn of(&self, batch: &CurveBatch, fit: &Fit) -> Result<CurveBatch> {
-        tracks::sample_eased(batch, fit, &self.at(), self.quantities, &self.easings)
+        let samples = tracks::sample_eased(batch, fit, &self.at(), self.quantities, &self.easings)?;
+        let mut columns = samples.columns().to_vec();
+        for column in &mut columns[batch.columns().len()..] {
+            if let Values::Numbers(speeds) = &mut column.values
+                && column.name.ends_with("speed")
+            {
+                speeds.iter_mut().for_each(|speed| *speed /= self.speed_unit);
+            }
+        }
+        samples.with_columns(columns)
     }
 
     fn at(&self) -> At<'_> {

@@ -1,6 +1,9 @@
 //! Cleaning: points of tracks that are no fixes of their thing are dropped, and stops held, before a fit.
 
-use crate::batch::{Column, CurveBatch, Values, distance};
+use glam::DVec3;
+
+use super::outliers::outliers;
+use crate::batch::{Column, CurveBatch, Values};
 use crate::error::{Error, Result};
 use crate::parallel;
 use crate::surface::Globe;
@@ -46,6 +49,10 @@ pub struct Cleaning {
     /// of the parameters, a second for dates. Of every track the most points are kept between which it
     /// is not exceeded.
     pub max_speed: Option<f64>,
+    /// Whether outliers are dropped: fixes about 5 times as far as noise from where the two fixes before
+    /// them lead, from where the two after them lead, and from between their neighbours. Noise is the median
+    /// of the least of the three, along the track or next to the fix, whichever is more. Sharp turns stay.
+    pub outliers: bool,
     /// Stops become two points at their mean place: when they begin and when they end.
     pub stops: Option<Stops>,
 }
@@ -60,6 +67,8 @@ pub enum Dropped {
     TooFast,
     /// Another point has its time.
     Duplicate,
+    /// It is far off the way of its track.
+    Outlier,
     /// It is a part of a stop.
     Stopped,
 }
@@ -68,6 +77,7 @@ words!(Dropped, "reason": [
     (Blank, "blank", "without a time or a place"),
     (TooFast, "too fast", "too far to be reached in time"),
     (Duplicate, "duplicate", "of a time that another point has"),
+    (Outlier, "outlier", "5 times as far as noise from where the points before and after lead"),
     (Stopped, "stopped", "within stops"),
 ]);
 
@@ -83,7 +93,7 @@ pub struct Cleaned {
 }
 
 /// Drops points that are no fixes of a track, step by step: blanks, points that are too fast,
-/// duplicates, stops.
+/// duplicates, outliers, stops.
 ///
 /// Closed curves, and curves without times, stay as they are. Sentences about curves that lost points
 /// name no lines.
@@ -92,7 +102,7 @@ pub struct Cleaned {
 /// - A speed, a radius or a time that is not positive and finite.
 /// - Duplicates that are to be an [error](Duplicates::Error).
 pub fn clean(batch: &CurveBatch, cleaning: &Cleaning) -> Result<Cleaned> {
-    let Cleaning { duplicates, max_speed, stops } = *cleaning;
+    let Cleaning { duplicates, max_speed, stops, .. } = *cleaning;
     let given = [
         ("largest speed", max_speed),
         ("radius of stops", stops.map(|own| own.radius)),
@@ -167,6 +177,9 @@ impl<'a> Track<'a> {
         if cleaning.duplicates != Duplicates::Keep {
             self.drop_duplicates(t, cleaning.duplicates);
         }
+        if cleaning.outliers {
+            self.drop_outliers(t);
+        }
         if let Some(stops) = cleaning.stops {
             self.hold_stops(t, stops);
         }
@@ -185,13 +198,19 @@ impl<'a> Track<'a> {
         (0..self.why.len()).filter(|&k| self.why[k].is_none()).collect()
     }
 
+    /// A point in space: on the ellipsoid for longitudes and latitudes.
+    fn in_space(&self, k: usize) -> DVec3 {
+        match *self.place(k) {
+            [x, y, ..] if self.batch.is_geographic() => Globe::WGS84.place(x, y),
+            [x, y, z] => DVec3::new(x, y, z),
+            [x, y, ..] => DVec3::new(x, y, 0.0),
+            _ => DVec3::ZERO,
+        }
+    }
+
     /// The distance between two points, on the ground for longitudes and latitudes.
     fn distance(&self, a: usize, b: usize) -> f64 {
-        let (a, b) = (self.place(a), self.place(b));
-        match self.batch.is_geographic() {
-            true => Globe::WGS84.place(a[0], a[1]).distance(Globe::WGS84.place(b[0], b[1])),
-            false => distance(a, b),
-        }
+        self.in_space(a).distance(self.in_space(b))
     }
 
     /// The mean place of some points.
@@ -245,6 +264,14 @@ impl<'a> Track<'a> {
         kept.iter().zip(chain).filter(|(_, own)| !own).for_each(|(&k, _)| self.why[k] = Some(Dropped::TooFast));
     }
 
+    fn drop_outliers(&mut self, t: &[f64]) {
+        let kept = self.kept();
+        let places: Vec<DVec3> = kept.iter().map(|&k| self.in_space(k)).collect();
+        let times: Vec<f64> = kept.iter().map(|&k| t[k]).collect();
+        let far = outliers(&places, &times);
+        kept.iter().zip(far).filter(|(_, far)| *far).for_each(|(&k, _)| self.why[k] = Some(Dropped::Outlier));
+    }
+
     /// Holds the places of stops.
     fn hold_stops(&mut self, t: &[f64], stops: Stops) {
         let kept = self.kept();
@@ -278,6 +305,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
 
     use super::*;
+    use crate::batch::distance;
 
     fn track(points: &[[f64; 2]], t: &[f64]) -> CurveBatch {
         CurveBatch::from_slices(&[points]).unwrap().with_parameters(t.to_vec()).unwrap()

@@ -2,8 +2,8 @@
 //!
 //! [`clean`] drops points that are no fixes. [`split`] cuts tracks at gaps in time. [`sample`] samples
 //! fitted tracks at times or along their length, with interpolated columns
-//! ([`Column`](crate::Column)) and quantities such as the speed ([`Quantity`]). [`drive`] finds the
-//! speeds of the fastest drive.
+//! ([`Column`](crate::Column)) and quantities such as the speed ([`Quantity`]). [`smooth_column`] smooths
+//! elevations and other columns. [`drive`] finds the speeds of the fastest drive.
 //!
 //! ```
 //! use faircurve::{Column, CurveBatch, Device, Values, spline::Natural, tracks::{self, At, Quantity}};
@@ -28,8 +28,10 @@ mod clean;
 mod drive;
 mod easing;
 mod gaps;
+mod outliers;
 mod quantities;
 mod sample;
+mod smooth;
 
 pub use clean::{Cleaned, Cleaning, Dropped, Duplicates, Stops, clean};
 pub use drive::{Vehicle, drive};
@@ -39,3 +41,4 @@ pub use quantities::Quantity;
 pub use sample::{At, sample, sample_eased};
 #[cfg(feature = "cli")]
 pub(crate) use sample::{check, columns_out, times};
+pub use smooth::{ELEVATION, smooth_column};

@@ -34,6 +34,15 @@ pub enum Quantity {
     ///
     /// For longitudes and latitudes it is the course over ground.
     Heading,
+    /// The rate of [`Quantity::Speed`]: positive where the curve gets faster. From differences, to 1e-7 of
+    /// its size.
+    Acceleration,
+    /// The rate of the direction, in degrees per unit of time (a second for dates), positive to the right:
+    /// −[`Quantity::Curvature`] times [`Quantity::Speed`].
+    TurnRate,
+    /// The time between the two data points around a sample, and 0 at data points: samples with a large one
+    /// are interpolated across a gap.
+    Gap,
 }
 
 words!(Quantity, "quantity": [
@@ -42,9 +51,20 @@ words!(Quantity, "quantity": [
     (Arclength, "arclength", "Length of the curve up to here; metres for longitudes and latitudes, or the unit of their --surface"),
     (Speed, "speed", "Arc length in a unit of time; in a second where times are dates"),
     (Heading, "heading", "Degrees from north (y) to the right, the course for longitudes and latitudes"),
+    (Acceleration, "acceleration", "How fast the speed grows, in a unit of time"),
+    (TurnRate, "turn_rate", "Degrees in a unit of time, positive to the right"),
+    (Gap, "gap", "Time between the two points around a sample, 0 at points"),
 ]);
 
+/// The fraction of a span between speeds whose difference is an acceleration.
+const STEP: f64 = 1e-4;
+
 impl Quantity {
+    /// Whether it needs times.
+    pub(super) fn is_timed(self) -> bool {
+        matches!(self, Quantity::Speed | Quantity::Acceleration | Quantity::TurnRate | Quantity::Gap)
+    }
+
     /// The columns of a quantity.
     pub(super) fn columns(self, dimension: usize) -> Vec<Column> {
         let names: &[&str] = match self {
@@ -53,6 +73,9 @@ impl Quantity {
             Quantity::Arclength => &["arclength"],
             Quantity::Speed => &["speed"],
             Quantity::Heading => &["heading"],
+            Quantity::Acceleration => &["acceleration"],
+            Quantity::TurnRate => &["turn_rate"],
+            Quantity::Gap => &["gap"],
         };
         names.iter().map(|&name| Column { name: name.into(), values: Values::Numbers(vec![]) }).collect()
     }
@@ -68,7 +91,18 @@ impl Quantity {
     ) -> Vec<Vec<f64>> {
         let globe = curve.globe().or(is_geographic.then_some(EARTH));
         let jets = || sites.iter().map(|&(span, u)| curve.jet(span, u));
-        let values = |value: &dyn Fn(usize) -> f64| vec![(0..sites.len()).map(value).collect()];
+        // Of the span of a site that takes time, at the fraction there, with its time.
+        let timed = |value: &dyn Fn(usize, f64, f64) -> f64| {
+            let of = |site: &(usize, f64)| {
+                let (t, (span, u)) = times.and_then(|t| Some((t, with_time(curve, t, *site)?)))?;
+                Some(value(span, u, t[span + 1] - t[span]))
+            };
+            vec![sites.iter().map(|site| of(site).unwrap_or(f64::NAN)).collect::<Vec<f64>>()]
+        };
+        let curvature = |jet: Jet| match globe {
+            Some(globe) => globe.curvature(jet.point, jet.first, jet.second),
+            None => jet.curvature(curve.dimension()),
+        };
         if !curve.is_fitted() {
             return vec![vec![f64::NAN; sites.len()]; self.columns(curve.dimension()).len()];
         }
@@ -78,18 +112,18 @@ impl Quantity {
                 let tangents: Vec<DVec3> = jets().map(|jet| motion(jet).normalize_or_zero()).collect();
                 (0..curve.dimension()).map(|axis| tangents.iter().map(|t| t[axis]).collect()).collect()
             }
-            Quantity::Curvature => {
-                let of = |jet: Jet| match globe {
-                    Some(globe) => globe.curvature(jet.point, jet.first, jet.second),
-                    None => jet.curvature(curve.dimension()),
-                };
-                vec![jets().map(of).collect()]
-            }
+            Quantity::Curvature => vec![jets().map(curvature).collect()],
             Quantity::Arclength => vec![lengths(curve, sites, globe)],
-            Quantity::Speed => values(&|k| {
-                let timed = times.and_then(|t| Some((t, with_time(curve, t, sites[k])?)));
-                timed.map_or(f64::NAN, |(t, (span, u))| speed(curve, span, u, globe) / (t[span + 1] - t[span]))
+            Quantity::Speed => timed(&|span, u, time| speed(curve, span, u, globe) / time),
+            Quantity::Acceleration => timed(&|span, u, time| {
+                let [from, to] = [(u - STEP).max(0.0), (u + STEP).min(1.0)];
+                let change = speed(curve, span, to, globe) - speed(curve, span, from, globe);
+                change / ((to - from) * time * time)
             }),
+            Quantity::TurnRate => timed(&|span, u, time| {
+                -(curvature(curve.jet(span, u)) * speed(curve, span, u, globe) / time).to_degrees()
+            }),
+            Quantity::Gap => timed(&|_, u, time| if u == 0.0 || u == 1.0 { 0.0 } else { time }),
             Quantity::Heading => {
                 let heading = |point: DVec3, first: DVec3| {
                     let motion = globe.map_or(first, |globe| globe.motion(point, first));

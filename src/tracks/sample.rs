@@ -53,7 +53,7 @@ pub fn sample(batch: &CurveBatch, fit: &Fit, at: &At, quantities: &[Quantity]) -
 /// # Errors
 /// - Those of [`sample`].
 /// - A number of easings other than 0 and the number of points.
-/// - Easings for samples that are not at times.
+/// - Easings for samples that are not at times, or with [`Quantity::Acceleration`].
 pub fn sample_eased(
     batch: &CurveBatch,
     fit: &Fit,
@@ -68,6 +68,9 @@ pub fn sample_eased(
     }
     if given > 0 && matches!(at, At::Along(_)) {
         return Err(Error::argument("easings are of time: ask for samples at times"));
+    }
+    if given > 0 && quantities.contains(&Quantity::Acceleration) {
+        return Err(Error::argument("accelerations are of curves that are not eased: leave them out, or the easings"));
     }
     let samples = parallel::map(batch.len(), 1, |i| of_curve(batch, &*fit.curve(i), i, at, quantities, easings));
     let mut columns = carried::empty(batch);
@@ -103,8 +106,8 @@ pub(crate) fn check(batch: &CurveBatch, at: &At, quantities: &[Quantity]) -> Res
     let untimed = |what: &str| {
         Error::argument(format!("{what} needs times, and the points have none: give them parameters, a column t"))
     };
-    if quantities.contains(&Quantity::Speed) && !timed {
-        return Err(untimed("the speed"));
+    if let Some(quantity) = quantities.iter().find(|quantity| quantity.is_timed() && !timed) {
+        return Err(untimed(&format!("the {}", quantity.word().replace('_', " "))));
     }
     match at {
         At::Along(sampling) => sampling.check_with(batch, columns_out(batch, quantities)),
@@ -193,8 +196,8 @@ fn of_curve(
     let geographic = batch.is_geographic();
     let of = |&quantity: &Quantity| {
         let mut columns = quantity.of(curve, &sites, given.as_deref(), geographic);
-        if quantity == Quantity::Speed {
-            columns.iter_mut().flatten().zip(&rates).for_each(|(speed, rate)| *speed *= rate);
+        if matches!(quantity, Quantity::Speed | Quantity::TurnRate) {
+            columns.iter_mut().flatten().zip(&rates).for_each(|(own, rate)| *own *= rate);
         }
         columns
     };

@@ -278,7 +278,8 @@ fn tracks_within_metres_are_smooth_in_time_on_the_ground() {
         words.contains("40m is on the ground: lengths and speeds are in metres, as with --surface wgs84"),
         "{words}"
     );
-    let fit = "fit in.csv -o own.csv --tube 40 --surface wgs84 --pin none --every 60 --write speed --carry all";
+    let fit = "fit in.csv -o own.csv --tube 40 --surface wgs84 --pin none --every 60 --write speed --carry all \
+               --within-height gcv";
     run(&folder, &format!("{fit} --device cpu")).code(0);
     assert_eq!(text(&folder, "out.csv"), text(&folder, "own.csv"));
     let (given, rows) = (text(&folder, "in.csv"), text(&folder, "out.csv"));
@@ -297,7 +298,8 @@ fn tracks_within_metres_are_smooth_in_time_on_the_ground() {
     let heights: Vec<f64> = text(&folder, "high.csv").lines().skip(1).map(|line| number(line, 3)).collect();
     let bends = heights.windows(3).map(|own| own[0] - 2.0 * own[1] + own[2]);
     assert!(bends.fold(0.0, |most: f64, bend| most.max(bend.abs())) < 1e-6, "{heights:?}");
-    ran::refused(&folder, "track in.csv -o no.csv --within 40m --within-height 2m", "of heights of longitudes");
+    fs::write(folder.path().join("flat.csv"), given.replace("ele", "hr")).unwrap();
+    ran::refused(&folder, "track flat.csv -o no.csv --within 40m --within-height 2m", "of heights of longitudes");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use clap::Args;
 use faircurve::discrete::Pins;
 use faircurve::io::surfaces::{is_file, surface_of};
-use faircurve::spline::{SmoothingTarget, SurfaceSpline};
+use faircurve::spline::SurfaceSpline;
 use faircurve::surface::{Surface, named};
 use faircurve::{Error, Result};
 
@@ -119,7 +119,7 @@ impl MethodArgs {
         };
         Ok(SurfaceSpline {
             smoothing,
-            heights: self.within_height.map(|height| SmoothingTarget::Tube(height.0)),
+            heights: self.heights(),
             off_surface: self.surface.off_surface(),
             pin_ends: self.pin != Some(Pins::None),
             parametrisation: self.parametrisation.unwrap_or_default(),

@@ -10,6 +10,7 @@ use std::ops::Range;
 
 use super::entry::Entry;
 use crate::batch::{Column, CurveBatch};
+use crate::tracks::ELEVATION;
 
 pub(super) const ENTRY: Entry = Entry {
     reads: "tracks and routes with times, elevations and other numbers of points",
@@ -20,9 +21,6 @@ pub(super) const ENTRY: Entry = Entry {
     parameters: true,
     ..Entry::new("gpx", "GPX", read::read, |out, batch, options, _| write::write(out, batch, options))
 };
-
-/// The column of elevations.
-const ELEVATION: &str = "ele";
 
 /// The file that tracks were read from.
 struct Document {

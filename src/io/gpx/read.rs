@@ -109,6 +109,9 @@ struct Points<'a> {
     misplaced: Vec<(usize, String)>,
     /// Elevations and times that cannot be read.
     unread: Vec<String>,
+    /// The line of the last point, and the bytes before it.
+    line: usize,
+    counted: usize,
 }
 
 /// Numbers of points, with the points that have them.
@@ -134,12 +137,18 @@ impl<'a> Points<'a> {
             places: HashMap::new(),
             misplaced: vec![],
             unread: vec![],
+            line: 1,
+            counted: 0,
         }
     }
 
     fn add(&mut self, node: Node, curve: usize) -> Result<()> {
         self.clocks.resize(curve + 1, None);
-        let line = u64::from(node.document().text_pos_at(node.range().start).row);
+        // The document would count lines from its start.
+        let start = node.range().start;
+        self.line += self.text[self.counted..start].bytes().filter(|&byte| byte == b'\n').count();
+        self.counted = start;
+        let line = self.line;
         let point = self.coords.len() / 2;
         let [x, y] = [("lon", 360.0), ("lat", 90.0)].map(|(name, most)| {
             let text = node.attribute(name).unwrap_or_default();

@@ -5,9 +5,13 @@ use super::{Slot, Smoother, unsolvable};
 use crate::report::CurveReport;
 use crate::status::CurveStatus;
 
-/// Octaves of the normalised λ between two trials of the first round, of which the best is refined until
-/// trials are 1/128 of an octave apart.
-const STRIDE: i32 = 2 * STEPS_PER_OCTAVE;
+/// Steps between two trials of the first round: four octaves of λ are one of the width over which the spline
+/// averages.
+const STRIDE: i32 = 4 * STEPS_PER_OCTAVE;
+
+/// Steps between trials from which on the least of a parabola through three of them is the next, where
+/// trials become eight times as dense, down to [`FINEST`].
+const SMOOTH: i32 = STEPS_PER_OCTAVE / 2;
 const FINEST: i32 = STEPS_PER_OCTAVE / 128;
 
 /// Octaves of trials above the λ at which a whole curve bends little, and below the one at which
@@ -36,11 +40,26 @@ impl Smoother {
         }
         let mut stride = STRIDE / 2;
         while stride >= FINEST {
-            let middle = best.1;
-            for step in [middle - stride, middle + stride] {
-                best = least(best, (self.score(step), step));
+            let middle = best;
+            let [before, after] =
+                [middle.1 - stride, middle.1 + stride].map(|step| match step < lowest || step > highest {
+                    true => (f64::INFINITY, step),
+                    false => (self.score(step), step),
+                });
+            best = least(least(best, before), after);
+            if stride > SMOOTH {
+                stride /= 2;
+                continue;
             }
-            stride /= 2;
+            if best.1 == middle.1 {
+                let bend = before.0 - 2.0 * middle.0 + after.0;
+                let shift = f64::from(stride) * 0.5 * (before.0 - after.0) / bend;
+                if bend > 0.0 && bend.is_finite() {
+                    let step = middle.1 + shift.round() as i32;
+                    best = least(best, (self.score(step), step));
+                }
+                stride /= 8;
+            }
         }
         let normalised = if best.0.is_finite() { lambda_at(best.1) } else { 0.0 };
         if !self.solve(normalised) {
