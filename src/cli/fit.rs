@@ -192,10 +192,13 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     } else {
         curves
     };
+    let (obstacles, corridor) = method.areas();
     let picture = Picture {
         comb: args.comb,
         title: title(&args.curves.input.input),
         method: args.method.title(),
+        obstacles,
+        corridor,
         ..Picture::default()
     };
     // Points that were rounded have few digits, and what stays has its own.
@@ -348,9 +351,18 @@ impl FitArgs {
 
     /// The method asked for, and what is to be said of it.
     fn method(&self, tolerance: Option<Deviation>) -> Result<(Method, Option<String>)> {
-        let (mut method, mut note) = (self.method.method(self.spacing.map(Length::number))?, None);
+        let spacing = self.spacing.map(Length::number);
+        let (mut method, mut note) = (self.method.method(spacing)?, None);
+        if let (Method::Fair(fair), Some(spacing)) = (&mut method, spacing) {
+            // Between two points of a polygon with edges this long, a chord cuts its corners by so much.
+            let cut = fair.limits.curvature.map_or(0.0, |curvature| 0.25 * curvature * spacing * spacing);
+            fair.limits = std::mem::take(&mut fair.limits).with_clearance(cut);
+        }
         if let Some(tolerance) = tolerance {
             positive("--tolerance", tolerance.number(), "it must be a positive distance, such as --tolerance 0.001")?;
+            if let (Method::Fair(fair), Deviation::Units(tolerance)) = (&mut method, tolerance) {
+                fair.limits = std::mem::take(&mut fair.limits).with_clearance(tolerance);
+            }
             if let Method::Band(band) = &mut method {
                 let within = band.distance;
                 band.distance = within.less(tolerance).filter(|left| left.number() > 0.0).ok_or_else(|| {

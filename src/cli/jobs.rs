@@ -101,8 +101,9 @@ const JOBS: [Job; 5] = [
         options: &[
             "deviation",
             "corridor",
-            "keep_in",
             "keep_out",
+            "obstacles",
+            "clearance",
             "no_crossing",
             "tolerance",
             "spacing",
@@ -194,6 +195,7 @@ impl Job {
             .required(id == self.asks && !self.optional || argument.is_required_set());
         if argument.get_action().takes_values() {
             own = own.allow_hyphen_values(argument.is_allow_hyphen_values_set());
+            own = own.allow_negative_numbers(argument.is_allow_negative_numbers_set());
             own = own.value_parser(clap::value_parser!(OsString));
             own = own.value_names(argument.get_value_names().unwrap_or_default().iter().map(|name| name.to_string()));
         }

@@ -4,6 +4,7 @@ mod chosen;
 mod energy;
 mod fair;
 mod limits;
+mod obstacles;
 mod surface;
 mod units;
 

@@ -211,9 +211,10 @@ fn judged<const D: usize>(
     }
     without.problem.rebase(&free.displacements);
     let without = LimitsResult::of(fair, batch, &without, &limits, i, [energy; 2], Ending::Loops);
-    // A path around a region may have any length.
+    // A path around a region or an obstacle may have any length.
     let has_no_regions = limits.regions.as_ref().is_none_or(RegionConstraints::has_sides_alone);
-    let is_longer = has_no_regions && kept.report.stretch > LOOPS * without.report.stretch;
+    let is_longer =
+        has_no_regions && fair.limits.obstacles.is_empty() && kept.report.stretch > LOOPS * without.report.stretch;
     let is_good = ending != Ending::Unsettled && outcome.termination == TerminationStatus::Converged;
     let mut within = free.clone();
     within.go_on(outcome);

@@ -2,12 +2,15 @@
 
 mod along;
 mod kinds;
+mod obstacle;
 mod region;
 #[cfg(test)]
 mod tests;
 
 pub(super) use along::{Polygon, Span, spans};
 pub(super) use kinds::{Broken, LimitKind};
+pub use obstacle::Obstacle;
+pub(super) use obstacle::way_round;
 pub use region::Region;
 pub(super) use region::RegionConstraint;
 
@@ -99,15 +102,42 @@ pub struct Limits {
     /// [`LimitReport::neighbours`](crate::LimitReport::neighbours) counts the separated neighbours,
     /// [`touching`](crate::LimitReport::touching) the unconstrained ones.
     pub no_crossing: bool,
+    /// Polygons that planar curves stay out of. None by default.
+    ///
+    /// Where the data polygon meets one, the curve goes the shortest way around. Edges are kept out as
+    /// curves are kept from [crossing](Self::no_crossing) each other, so the written polyline is outside,
+    /// edges included. A curve with a pinned point or an end inside is
+    /// [`Invalid`](crate::CurveStatus::Invalid). One that still meets an obstacle after 12 rounds is
+    /// [`Infeasible`](crate::CurveStatus::Infeasible).
+    pub obstacles: Vec<Obstacle>,
     /// A limit on the slope of edges, for tests only.
     #[cfg(test)]
     pub(crate) toy: bool,
 }
 
 impl Limits {
+    /// These limits with obstacles and excluded discs that are larger by a distance on every side.
+    #[must_use]
+    pub fn with_clearance(mut self, distance: f64) -> Self {
+        for obstacle in &mut self.obstacles {
+            *obstacle = obstacle.grown(distance);
+        }
+        for region in &mut self.regions {
+            if let Region::Outside { radius, .. } = region {
+                *radius += distance;
+            }
+        }
+        self
+    }
+
     /// Whether a batch has no limits.
     pub(super) fn is_empty(&self, batch: &CurveBatch) -> bool {
-        !self.no_crossing && self.asks_nothing_alone(batch)
+        !self.keeps_apart() && self.asks_nothing_alone(batch)
+    }
+
+    /// Whether curves are kept from crossing each other or obstacles.
+    pub(super) fn keeps_apart(&self) -> bool {
+        self.no_crossing || !self.obstacles.is_empty()
     }
 
     /// Whether no limit applies to a curve by itself, without regard to other curves.
@@ -133,7 +163,7 @@ impl Limits {
 
     /// Whether there are no limits other than those on the curvature and on the total length.
     pub(super) fn bounds_curvature_alone(&self, batch: &CurveBatch) -> bool {
-        !self.shape && !self.area && self.monotone.is_empty() && !self.no_crossing && !self.has_places(batch)
+        !self.shape && !self.area && self.monotone.is_empty() && !self.keeps_apart() && !self.has_places(batch)
     }
 
     /// The spans of curve `i` that have edges, each with its largest curvature, infinite without a
@@ -196,6 +226,7 @@ impl Limits {
         if self.area && dimension == 3 {
             return refuse("curves in space enclose no area: only planar curves can keep theirs; leave it out".into());
         }
+        self.obstacles.iter().try_for_each(|obstacle| obstacle.check(dimension))?;
         self.regions.iter().try_for_each(|region| region.check(dimension))
     }
 
@@ -231,6 +262,20 @@ impl Limits {
             let what =
                 "its points turn back here along all directions of monotone, which no smooth curve does: leave one out";
             return Some((point, what.into()));
+        }
+        let (planar, count) = (batch.points(i).as_chunks::<D>().0, batch.count(i));
+        for obstacle in self.obstacles.iter().filter(|obstacle| obstacle.is_for(&batch.name(i))) {
+            let ends = [0, count - 1].map(|k| (k, planar[k]));
+            let inside = |(_, place): &(usize, Vector<f64, D>)| obstacle.contains([place[0], place[1]]);
+            if let Some((point, _)) = pinned.iter().copied().chain(ends).find(inside) {
+                let name = &obstacle.name;
+                return Some((
+                    point,
+                    format!(
+                        "it lies in obstacle {name}, or within its clearance, and the curve must stay out: move it, or the obstacle"
+                    ),
+                ));
+            }
         }
         let scale = batch.points(i).iter().fold(0.0f64, |most, x| most.max(x.abs()));
         let outside = self.regions.iter().flat_map(|region| pinned.iter().map(move |(k, place)| (region, *k, place)));

@@ -3,7 +3,7 @@
 use super::curve_limits::CurveLimits;
 use super::fair::Fair;
 use super::limit_multipliers::{Limit, Worst};
-use super::limits::{Broken, LimitKind, Region};
+use super::limits::{Broken, LimitKind, Obstacle, Region};
 use super::setup::PreparedCurve;
 use crate::batch::CurveBatch;
 use crate::linalg::scalar::{add, scale};
@@ -160,6 +160,12 @@ fn words<const D: usize>(
             let at: Vec<String> = at.iter().map(|x| format!("{x:.6}")).collect();
             let at = at.join(", ");
             if let Some(neighbour) = limits.regions.as_ref().and_then(|regions| regions.neighbour(k)) {
+                // Obstacles come after all curves.
+                if let Some(Obstacle { name, .. }) =
+                    neighbour.checked_sub(batch.len()).and_then(|k| fair.limits.obstacles.get(k))
+                {
+                    return (format!("it cannot pass obstacle {name}, near ({at})"), "a smaller one".into());
+                }
                 let label = batch.label(neighbour);
                 return (format!("it leaves its side of curve {label} at ({at})"), "curves to cross".into());
             }

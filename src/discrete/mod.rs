@@ -131,6 +131,6 @@ pub(crate) use evaluate_gpu::evaluate_kernels;
 pub use evaluation::SpacingRegularisation;
 pub use evaluation::{Evaluate, Evaluation, Want};
 pub use fair::{Fair, Pins, Segments};
-pub use limits::{Limits, Region};
+pub use limits::{Limits, Obstacle, Region};
 pub use plan::Solver;
 pub(crate) use resident::resident_kernels;

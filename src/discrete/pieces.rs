@@ -141,7 +141,7 @@ fn fit_all<const D: usize>(
     device: &Device,
     tally: &Tally<'_>,
 ) -> Result<Fitted> {
-    let keeps_apart = fair.limits.no_crossing;
+    let keeps_apart = fair.limits.keeps_apart();
     let in_f32 = device.as_gpu().is_some() && device.precision() != Precision::F64;
     let desks = Desk::of(batch.len());
     let queue = Queue::new::<D>(fair, batch, &SeparatingHalfPlanes::default(), device)?;
@@ -174,7 +174,7 @@ fn fit_all<const D: usize>(
         starts.extend(keeps_apart.then_some(own.start));
     }
     if keeps_apart {
-        keep_apart(batch, &pieces.owners, &mut curves, &mut reports, |curves, separating| {
+        keep_apart(batch, &fair.limits, &pieces.owners, &mut curves, &mut reports, |curves, separating| {
             let queue = Queue::new::<D>(fair, batch, separating, device)?;
             let again: Vec<(usize, &Restart<D>)> =
                 curves.iter().filter_map(|&i| Some((i, &**starts[i].as_ref()?))).collect();
@@ -212,7 +212,7 @@ async fn fit_one<const D: usize>(
     allowed: Option<[f64; 2]>,
     in_f32: bool,
 ) -> FittedCurve<D> {
-    let keeps_apart = curve.fair.limits.no_crossing;
+    let keeps_apart = curve.fair.limits.keeps_apart();
     let Some(allowed) = allowed else {
         let own = best(&curve, ready, outcome).await;
         let found = reported(&curve, &own, &own.outcome, own.kept.as_ref());

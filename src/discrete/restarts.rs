@@ -171,7 +171,7 @@ impl<const D: usize> Descended<D> {
 
     /// Enforces the limits of the curve, if it has any.
     async fn keep_limits(&mut self, curve: &CurveFit<'_, D>, start: Start) {
-        self.free = curve.fair.limits.no_crossing.then(|| self.outcome.clone());
+        self.free = curve.fair.limits.keeps_apart().then(|| self.outcome.clone());
         if !curve.fair.limits.asks_nothing_alone(curve.batch) {
             self.kept = Box::pin(keep(curve, &self.ready, &mut self.outcome, &[], start)).await;
         }

@@ -21,13 +21,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::DVec3;
 
 use super::curves::Vertices;
+use super::limits::{Limits, Obstacle};
 use crate::batch::CurveBatch;
 use crate::error::Result;
 use crate::report::{CurveReport, LimitReport};
 use crate::sort;
 use crate::status::CurveStatus;
 use crate::topology::crossings::{Line, Place, contacts};
-use course::{Course, Levels};
+use course::{Course, Levels, WaysRound};
 
 /// The largest number of rounds.
 const MOST_ROUNDS: usize = 12;
@@ -35,6 +36,9 @@ const MOST_ROUNDS: usize = 12;
 /// The fraction of the distance to the neighbour that a vertex may use. A tenth is left between two
 /// neighbours.
 const SHARE: f64 = 0.45;
+
+/// The fraction of the distance to an obstacle.
+const SHARE_OF_OBSTACLE: f64 = 0.9;
 
 /// A half-plane that constrains one vertex: axis·(f − foot) ≤ 0, in units of the input.
 #[derive(Clone, Copy, Debug)]
@@ -85,17 +89,21 @@ pub(super) type Found = (CurveReport, Option<Vertices>);
 
 /// Refits curves that cross curves of other owners, until none cross whose data polygons do not.
 ///
-/// `again` fits the curves with these indices within their half-planes. The reports state the
+/// Obstacles are curves that nobody fits. `again` fits the curves with these indices within their half-planes. The reports state the
 /// result.
 pub(super) fn keep_apart(
     batch: &CurveBatch,
+    limits: &Limits,
     owners: &[usize],
     curves: &mut [Option<Vertices>],
     reports: &mut [CurveReport],
     mut again: impl FnMut(&[usize], &SeparatingHalfPlanes) -> Result<Vec<Found>>,
 ) -> Result<()> {
-    let mut courses: Vec<Course> = (0..curves.len()).map(|i| Course::of(batch, i, curves[i].as_ref())).collect();
-    let apart = Apart { owners, touching: touching(batch, owners) };
+    let ways: Vec<WaysRound> = (0..curves.len()).map(|i| course::ways_round(batch, i, &limits.obstacles)).collect();
+    let mut courses: Vec<Course> =
+        (0..curves.len()).map(|i| Course::of(batch, i, curves[i].as_ref(), &ways[i])).collect();
+    courses.extend(limits.obstacles.iter().map(Course::of_obstacle));
+    let apart = Apart::new(batch, limits, owners);
     let mut separating = SeparatingHalfPlanes::default();
     let mut crossing = apart.crossings(&courses, |_| true);
     for _ in 0..MOST_ROUNDS {
@@ -110,7 +118,7 @@ pub(super) fn keep_apart(
         for (&i, fitted) in parted.iter().zip(again(&parted, &separating)?) {
             (reports[i], curves[i]) = fitted;
             let reference = std::mem::take(&mut courses[i].reference);
-            courses[i] = Course::of(batch, i, curves[i].as_ref());
+            courses[i] = Course::of(batch, i, curves[i].as_ref(), &ways[i]);
             // A curve whose result is the input lies in its data polygon.
             if reference.len() == courses[i].points.len() {
                 courses[i].reference = reference;
@@ -143,28 +151,46 @@ fn ordered([a, b]: [usize; 2]) -> [usize; 2] {
 
 /// The pairs of curves that must not cross.
 struct Apart<'a> {
+    batch: &'a CurveBatch,
+    obstacles: &'a [Obstacle],
     owners: &'a [usize],
+    /// The owners, or one for all curves that may cross each other, and one for all obstacles.
+    groups: Vec<usize>,
     touching: BTreeMap<[usize; 2], [Place; 2]>,
 }
 
 /// A span of a curve and a span of another.
 type Spans = [(usize, usize); 2];
 
-impl Apart<'_> {
-    fn owner(&self, curve: usize) -> usize {
-        self.owners[curve]
+impl<'a> Apart<'a> {
+    fn new(batch: &'a CurveBatch, limits: &'a Limits, owners: &'a [usize]) -> Self {
+        let mut groups = if limits.no_crossing { owners.to_vec() } else { vec![0; owners.len()] };
+        let obstacles = &limits.obstacles[..];
+        groups.extend(obstacles.iter().map(|_| usize::MAX));
+        let touching = if limits.no_crossing { touching(batch, owners) } else { BTreeMap::new() };
+        Apart { batch, obstacles, owners, groups, touching }
+    }
+
+    /// The obstacle that a course is, if it is one.
+    fn obstacle(&self, course: usize) -> Option<&Obstacle> {
+        self.obstacles.get(course.checked_sub(self.owners.len())?)
     }
 
     /// The forbidden crossings in which at least one curve satisfies `new`.
     fn crossings(&self, courses: &[Course], new: impl Fn(u32) -> bool) -> Vec<[Place; 2]> {
         let lines: Vec<Line> = courses.iter().map(|course| course.line(&course.points)).collect();
-        let mut found = contacts(&lines, self.owners, new);
+        let mut found = contacts(&lines, &self.groups, new);
         found.retain(|pair| self.is_asked(pair));
         found
     }
 
     fn is_asked(&self, pair: &[Place; 2]) -> bool {
-        !self.touching.contains_key(&ordered(pair.map(|(arc, _)| self.owner(arc as usize))))
+        // Obstacles come after all curves.
+        let [a, b] = pair.map(|(arc, _)| arc as usize);
+        match self.obstacle(b) {
+            Some(obstacle) => obstacle.is_for(&self.batch.name(a)),
+            None => !self.touching.contains_key(&ordered([self.owners[a], self.owners[b]])),
+        }
     }
 
     /// Moves crossing spans towards their references until none cross, and then one step further
@@ -203,7 +229,7 @@ impl Apart<'_> {
             let lines: Vec<Line> = courses.iter().zip(&drawn).map(|(course, points)| course.line(points)).collect();
             let is_new = |arc: u32| changed.binary_search(&(arc as usize)).is_ok();
             crossing.retain(|[a, b]| !is_new(a.0) && !is_new(b.0));
-            crossing.extend(contacts(&lines, self.owners, is_new).into_iter().filter(|pair| self.is_asked(pair)));
+            crossing.extend(contacts(&lines, &self.groups, is_new).into_iter().filter(|pair| self.is_asked(pair)));
         }
         for (course, drawn) in courses.iter_mut().zip(drawn) {
             course.reference = drawn;
@@ -241,7 +267,8 @@ impl Apart<'_> {
                     if !(gap > 0.0 && gap.is_finite()) {
                         continue;
                     }
-                    let [foot, axis] = [own + SHARE * way, way / gap].map(|v| [v.x, v.y]);
+                    let share = if self.obstacle(neighbour).is_some() { SHARE_OF_OBSTACLE } else { SHARE };
+                    let [foot, axis] = [own + share * way, way / gap].map(|v| [v.x, v.y]);
                     let rows = [edge, (edge + 1) % courses[i].points.len()];
                     let both = rows.map(|row| SeparatingHalfPlane { row, foot, axis, gap, neighbour });
                     separating.0.entry(i).or_default().extend(both);
@@ -281,8 +308,9 @@ impl Apart<'_> {
             touched.entry(b.0 as usize).or_default().push((b, a.0 as usize));
         }
         for (i, report) in reports.iter_mut().enumerate().filter(|(i, _)| courses[*i].is_fitted) {
+            let sides = separating.of(i).iter();
             let mut apart: Vec<usize> =
-                separating.of(i).iter().map(|half_plane| self.owner(half_plane.neighbour)).collect();
+                sides.filter_map(|half_plane| self.owners.get(half_plane.neighbour).copied()).collect();
             apart.sort_unstable();
             apart.dedup();
             let (neighbours, touching) = (apart.len(), touched.get(&i).map_or(0, Vec::len));
@@ -296,13 +324,20 @@ impl Apart<'_> {
             let is_told = matches!(report.status, CurveStatus::Converged | CurveStatus::Infeasible);
             if let (Some(&(place, neighbour)), true) = (crossed.get(&i), is_told) {
                 let at = courses[i].points[place.1 as usize];
-                let what = format!(
-                    "it crosses curve {} near ({:.6}, {:.6}), which their points do not: {MOST_ROUNDS} rounds did not part them; give \
-                     both more points there, or allow a deviation from them",
-                    batch.label(neighbour),
-                    at.x,
-                    at.y
-                );
+                let what = match self.obstacle(neighbour) {
+                    Some(Obstacle { name, .. }) => format!(
+                        "it meets obstacle {name} near ({:.6}, {:.6}): {MOST_ROUNDS} rounds did not find a way around; give more \
+                         points there, or allow a deviation from them or sharper turns",
+                        at.x, at.y
+                    ),
+                    None => format!(
+                        "it crosses curve {} near ({:.6}, {:.6}), which their points do not: {MOST_ROUNDS} rounds did not part them; \
+                         give both more points there, or allow a deviation from them",
+                        batch.label(neighbour),
+                        at.x,
+                        at.y
+                    ),
+                };
                 let point = courses[i].span(place.1);
                 (report.status, report.message) = (CurveStatus::Infeasible, Some(batch.sentence(i, point, &what)));
             } else if let (Some(touched), None, CurveStatus::Converged) =

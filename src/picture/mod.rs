@@ -25,6 +25,8 @@ pub mod drawing {
 
 use std::io::{self, Write};
 
+use glam::{DVec2, DVec3};
+
 use crate::batch::CurveBatch;
 use crate::curve::vector;
 use crate::parallel;
@@ -44,6 +46,8 @@ const NOT_USABLE: &str = "#D55E00";
 const COMB: &str = "#CC79A7";
 const GIVEN: &str = "#A9A9A9";
 const DOTS: &str = "#333333";
+const CORRIDOR: &str = "#E6F0E2";
+const OBSTACLE: &str = "#D9D4CC";
 
 /// The tolerance of Béziers, in pixels.
 const TOLERANCE_PX: f64 = 0.05;
@@ -93,11 +97,23 @@ pub struct Picture {
     pub title: Option<String>,
     /// The method in the caption, such as "natural cubic splines". Default empty.
     pub method: String,
+    /// Polygons that planar curves stay out of, filled. Default none.
+    pub obstacles: Vec<Vec<[f64; 2]>>,
+    /// The half-width of the corridor around the input, in units of the input, filled. Default none.
+    pub corridor: Option<f64>,
 }
 
 impl Default for Picture {
     fn default() -> Self {
-        Picture { width: 1200.0, comb: None, points: true, title: None, method: String::new() }
+        Picture {
+            width: 1200.0,
+            comb: None,
+            points: true,
+            title: None,
+            method: String::new(),
+            obstacles: vec![],
+            corridor: None,
+        }
     }
 }
 
@@ -135,6 +151,7 @@ impl Picture {
 
         let page = Page { frame: &frame, width, title: self.title.as_deref() };
         page.open(out, &self.legend(&drawing, combs.as_ref()), &self.caption(batch, fit))?;
+        self.draw_areas(out, &drawing)?;
         page.grid(out)?;
         if look.given {
             drawing.layer(out, GIVEN, look.thin, "", |i| drawing.given(i))?;
@@ -156,6 +173,35 @@ impl Picture {
         page.close(out)
     }
 
+    /// The corridor and the obstacles of planar curves, as far as they lie in the plot.
+    fn draw_areas(&self, out: &mut dyn Write, drawing: &Drawing) -> io::Result<()> {
+        if drawing.batch.dimension() != 2 || self.corridor.is_none() && self.obstacles.is_empty() {
+            return Ok(());
+        }
+        let frame = &drawing.frame;
+        let [left, top, right, bottom] = frame.plot;
+        let (width, height) = (right - left, bottom - top);
+        write!(
+            out,
+            r#"<clipPath id="plot"><rect x="{left:.2}" y="{top:.2}" width="{width:.2}" height="{height:.2}"/></clipPath>"#
+        )?;
+        writeln!(out, r#"<g clip-path="url(#plot)" stroke-linejoin="round" stroke-linecap="round">"#)?;
+        if let Some(half) = self.corridor {
+            let pixels = 2.0 * half * frame.scale;
+            drawing.layer(out, CORRIDOR, pixels, "", |i| drawing.given(i))?;
+        }
+        write!(out, r#"<path fill="{OBSTACLE}" stroke="none" d=""#)?;
+        for corners in &self.obstacles {
+            let mut pen = Pen::new(drawing.look.decimals);
+            let mut points = corners.iter().filter_map(|corner| drawing.plane.project(vector(corner)));
+            points.next().into_iter().for_each(|first| pen.move_to(frame.map(first)));
+            points.for_each(|point| pen.line_to(frame.map(point)));
+            pen.close();
+            out.write_all(pen.finish().as_bytes())?;
+        }
+        writeln!(out, "\"/></g>")
+    }
+
     fn legend(&self, drawing: &Drawing, combs: Option<&Combs>) -> Vec<Entry> {
         let (fit, look) = (drawing.fit, drawing.look);
         let mut entries = Vec::new();
@@ -168,6 +214,17 @@ impl Picture {
                 dot,
                 text: "input".into(),
             });
+        }
+        let area = |colour: &'static str, text: &str| Entry {
+            colour: colour.into(),
+            width: 8.0,
+            dashed: false,
+            dot: None,
+            text: text.into(),
+        };
+        if drawing.batch.dimension() == 2 {
+            entries.extend(self.corridor.map(|_| area(CORRIDOR, "corridor")));
+            entries.extend((!self.obstacles.is_empty()).then(|| area(OBSTACLE, "obstacles")));
         }
         let line = |colour: &'static str, dashed, text| Entry {
             colour: colour.into(),
@@ -295,7 +352,7 @@ impl Drawing<'_> {
     }
 
     /// The points of curve `i` in pixels, `None` for a point that cannot be drawn.
-    fn points(&self, i: usize) -> impl Iterator<Item = Option<glam::DVec2>> {
+    fn points(&self, i: usize) -> impl Iterator<Item = Option<DVec2>> {
         let points = self.batch.points(i).chunks_exact(self.batch.dimension());
         points.map(|p| Some(self.frame.map(self.plane.project(vector(p))?)))
     }
@@ -374,8 +431,8 @@ impl Drawing<'_> {
     }
 
     /// The piece in pixels, or `None` when part of it cannot be drawn.
-    fn project(&self, piece: [glam::DVec3; 4]) -> Option<[glam::DVec2; 4]> {
-        let mut out = [glam::DVec2::ZERO; 4];
+    fn project(&self, piece: [DVec3; 4]) -> Option<[DVec2; 4]> {
+        let mut out = [DVec2::ZERO; 4];
         for (to, from) in out.iter_mut().zip(piece) {
             *to = self.frame.map(self.plane.project(from)?);
         }

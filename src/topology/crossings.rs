@@ -255,6 +255,11 @@ pub(crate) fn turns_back(a: DVec2, b: DVec2, c: DVec2) -> bool {
     cross([a, b], [b, c], true)
 }
 
+/// Whether two segments have a point in common.
+pub(crate) fn meet(p: [DVec2; 2], q: [DVec2; 2]) -> bool {
+    cross(p, q, false)
+}
+
 /// Whether two segments have a point in common, other than a common end if `may_meet`.
 fn cross([a, b]: [DVec2; 2], [c, d]: [DVec2; 2], may_meet: bool) -> bool {
     if a == b || c == d || !(a.min(b).cmple(c.max(d)).all() && c.min(d).cmple(a.max(b)).all()) {

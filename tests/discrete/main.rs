@@ -21,6 +21,7 @@ mod fair_globe;
 mod fair_limits;
 mod fair_meshes;
 mod fair_neighbours;
+mod fair_obstacles;
 mod fair_places;
 mod fair_scf;
 mod fair_shortest;

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::ran::run;
+use super::ran::{self, run};
 use predicates::prelude::PredicateBooleanExt;
 use predicates::str::{contains, is_empty};
 use serde_json::Value;
@@ -280,4 +280,66 @@ fn a_tangent_that_leads_off_a_line_of_points_is_infeasible() {
         assert!(message.contains("point 0") && message.contains("the tangent leads off it"), "{message}");
     }
     with(1.0, 0.0).iter().for_each(|(status, message, _)| assert_eq!(status, "converged", "{message}"));
+}
+
+#[test]
+fn obstacles_of_geojson_are_kept_out_and_drawn() {
+    let folder = TempDir::new().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("in.csv", "curve,x,y\na,0,0\na,20,0\na,40,5\nb,0,10\nb,20,11\nb,40,10\n");
+    let feature = |properties: &str, geometry: &str| {
+        format!("{{\"type\":\"Feature\",\"properties\":{{{properties}}},\"geometry\":{geometry}}}")
+    };
+    let polygon = |ring: &str| format!("{{\"type\":\"Polygon\",\"coordinates\":[[{ring}]]}}");
+    let house = feature("\"name\":\"house\"", &polygon("[8,-3],[13,-3],[13,4],[8,4],[8,-3]"));
+    let tank = feature("\"radius\":2", "{\"type\":\"Point\",\"coordinates\":[30,3]}");
+    let own = feature("\"curve\":\"b\"", &polygon("[30,8],[32,8],[32,12],[30,12],[30,8]"));
+    let all = |features: &[&str]| format!("{{\"type\":\"FeatureCollection\",\"features\":[{}]}}", features.join(","));
+    write("ob.geojson", &all(&[&house, &tank, &own]));
+    run(&folder, "path in.csv -o out.csv --min-radius 2 --obstacles ob.geojson --clearance 0.5 --tolerance 0.01 --picture p.svg --device cpu")
+        .code(0);
+    let text = std::fs::read_to_string(folder.path().join("out.csv")).unwrap();
+    let points: Vec<(String, [f64; 2])> = text
+        .lines()
+        .skip(1)
+        .map(|line| {
+            let cells: Vec<&str> = line.split(',').collect();
+            (cells[0].to_string(), [cells[1].parse().unwrap(), cells[2].parse().unwrap()])
+        })
+        .collect();
+    // Between samples, too.
+    for pair in points.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
+        for step in 0..20 {
+            let part = f64::from(step) / 20.0;
+            let [x, y] = [0, 1].map(|c| pair[0].1[c] + part * (pair[1].1[c] - pair[0].1[c]));
+            let off = |low: f64, high: f64, at: f64| (low - at).max(at - high).max(0.0);
+            assert!(off(8.0, 13.0, x).hypot(off(-3.0, 4.0, y)) >= 0.5, "{x} {y}");
+            assert!((x - 30.0).hypot(y - 3.0) >= 2.5, "{x} {y}");
+            assert!(pair[0].0 == "a" || off(30.0, 32.0, x).hypot(off(8.0, 12.0, y)) >= 0.5, "{x} {y}");
+        }
+    }
+    let picture = std::fs::read_to_string(folder.path().join("p.svg")).unwrap();
+    assert!(picture.contains(">obstacles</text>") && picture.contains("clip-path"));
+    let refuse = |features: &[&str], sentence: &str| {
+        write("no.geojson", &all(features));
+        ran::refused(&folder, "path in.csv -o no.csv --min-radius 2 --obstacles no.geojson", sentence);
+    };
+    refuse(
+        &[&feature("", "{\"type\":\"Point\",\"coordinates\":[30,3]}")],
+        "feature 1 (obstacle 1) is a point: give it a property radius",
+    );
+    refuse(
+        &[&house, &feature("", "{\"type\":\"LineString\",\"coordinates\":[]}")],
+        "feature 2 (obstacle 2) is LineString",
+    );
+    refuse(
+        &[&feature("\"name\":\"thin\"", &polygon("[8,-3],[13,-3],[8,-3]"))],
+        "obstacle thin needs three corners or more",
+    );
+    ran::refused(&folder, "path in.csv -o no.csv --min-radius 2 --obstacles in.csv", "it is no GeoJSON of obstacles");
+    ran::refused(
+        &folder,
+        "path in.csv -o no.csv --min-radius 2 --clearance -1",
+        "--clearance is -1; it must be a positive number",
+    );
 }

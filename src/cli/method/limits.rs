@@ -1,11 +1,13 @@
 //! The limits that curves keep.
 
+use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
 use faircurve::Result;
 use faircurve::discrete::{Limits, Region};
 
+use super::obstacles::Obstacles;
 use crate::cli::lengths::Length;
 use crate::cli::{count, positive};
 
@@ -88,6 +90,17 @@ pub struct LimitArgs {
     /// half-plane
     #[arg(long, value_name = "A,B,C", allow_hyphen_values = true)]
     half_plane: Vec<Numbers>,
+    /// Keeps planar fair curves out of obstacles: polygons, and points with a property radius, of GeoJSON
+    ///
+    /// Curves go the shortest way around. A property curve names the one curve that stays out of a
+    /// polygon, a property name what messages call it.
+    #[arg(long, value_name = "FILE")]
+    obstacles: Option<PathBuf>,
+    /// Keeps fair curves D away from obstacles and --keep-out discs
+    ///
+    /// --tolerance, and what --spacing leaves out of arcs of --min-radius, are added.
+    #[arg(long, value_name = "D", allow_negative_numbers = true)]
+    clearance: Option<Length>,
     /// Keeps the length of fair curves at most S times the length of the polygon of their points
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     max_stretch: Option<f64>,
@@ -119,7 +132,11 @@ impl LimitArgs {
 
     /// The lengths among them, with their options.
     pub fn lengths(&mut self) -> impl Iterator<Item = (&'static str, &mut Length)> {
-        let options = [("--min-radius", &mut self.min_radius), ("--corridor", &mut self.corridor)];
+        let options = [
+            ("--min-radius", &mut self.min_radius),
+            ("--corridor", &mut self.corridor),
+            ("--clearance", &mut self.clearance),
+        ];
         options.into_iter().filter_map(|(option, length)| Some((option, length.as_mut()?)))
     }
 
@@ -137,6 +154,7 @@ impl LimitArgs {
             self.preserve_area.then(|| "area kept".into()),
             self.no_crossing.then(|| "no crossing".into()),
             (regions > 0).then(|| count(regions, "region")),
+            self.obstacles.as_ref().map(|_| "obstacles".into()),
         ];
         let along =
             self.monotone.iter().map(|axis| Some(format!("monotone in {}", format!("{axis:?}").to_lowercase())));
@@ -158,6 +176,7 @@ impl LimitArgs {
             ("--max-curvature", self.max_curvature, "1/length"),
             ("--min-radius", self.min_radius.map(Length::number), "length"),
             ("--corridor", self.corridor(), "length"),
+            ("--clearance", self.clearance.map(Length::number), "length"),
         ] {
             let why = format!("it must be a positive number, in units of {unit}, such as {option} 0.5");
             value.map_or(Ok(0.0), |value| positive(option, value, &why))?;
@@ -175,6 +194,11 @@ impl LimitArgs {
         };
         limits.monotone.extend(self.monotone.iter().map(|&axis| along(axis)));
         limits.regions.extend(self.regions());
-        Ok(limits)
+        if let Some(path) = &self.obstacles {
+            let Obstacles { polygons, discs } = Obstacles::read(path)?;
+            limits.obstacles = polygons;
+            limits.regions.extend(discs);
+        }
+        Ok(self.clearance.map_or(limits.clone(), |clearance| limits.with_clearance(clearance.number())))
     }
 }

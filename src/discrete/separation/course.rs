@@ -7,6 +7,7 @@ use glam::DVec3;
 
 use crate::batch::CurveBatch;
 use crate::discrete::curves::Vertices;
+use crate::discrete::limits::{Obstacle, way_round};
 use crate::topology::crossings::Line;
 
 /// The number of steps from a curve to its reference.
@@ -33,13 +34,53 @@ pub(super) fn polygon(batch: &CurveBatch, i: usize) -> Vec<DVec3> {
     if points.iter().all(|point| point.is_finite()) { points } else { vec![] }
 }
 
+/// The corners of the shortest ways around obstacles, by the spans of a curve that have any.
+pub(super) type WaysRound = BTreeMap<usize, Vec<DVec3>>;
+
+/// The ways of curve `i` around the obstacles that it stays out of.
+pub(super) fn ways_round(batch: &CurveBatch, i: usize, obstacles: &[Obstacle]) -> WaysRound {
+    let own: Vec<&Obstacle> = obstacles.iter().filter(|obstacle| obstacle.is_for(&batch.name(i))).collect();
+    let points = if own.is_empty() { vec![] } else { polygon(batch, i) };
+    let spans = (points.len() + usize::from(batch.is_closed(i))).saturating_sub(1);
+    let way = |k: usize| {
+        let ends = [k, (k + 1) % points.len()].map(|k| points[k].truncate());
+        let corners = way_round(ends[0], ends[1], &own).filter(|corners| !corners.is_empty())?;
+        Some((k, corners.into_iter().map(|corner| corner.extend(0.0)).collect()))
+    };
+    (0..spans).filter_map(way).collect()
+}
+
+/// Places the vertices of a span, from its first on, at equal distances along a way to `end`. Each corner of
+/// the way is a vertex if there are enough.
+fn place(vertices: &mut [DVec3], way: &[DVec3], end: DVec3) {
+    let count = vertices.len();
+    if way.len() > count {
+        return place(vertices, &way[..1], end);
+    }
+    let leg = |k: usize| [way[k], way.get(k + 1).copied().unwrap_or(end)];
+    let length = |k: usize| leg(k)[0].distance(leg(k)[1]);
+    let whole: f64 = (0..way.len()).map(length).sum();
+    let (mut row, mut before) = (0, 0.0);
+    for k in 0..way.len() {
+        before += length(k);
+        let after = way.len() - 1 - k;
+        let next = (count as f64 * before / whole.max(f64::MIN_POSITIVE)).round() as usize;
+        let next = if after == 0 { count } else { next.clamp(row + 1, count - after) };
+        let [from, to] = leg(k);
+        for (step, vertex) in vertices[row..next].iter_mut().enumerate() {
+            *vertex = from.lerp(to, step as f64 / (next - row) as f64);
+        }
+        row = next;
+    }
+}
+
 fn flat(coords: &[f64], dimension: usize) -> Vec<DVec3> {
     coords.chunks_exact(dimension).map(|point| DVec3::new(point[0], point[1], 0.0)).collect()
 }
 
 impl Course {
-    /// The course of curve `i`, whose reference is its data polygon.
-    pub fn of(batch: &CurveBatch, i: usize, vertices: Option<&Vertices>) -> Self {
+    /// The course of curve `i`, whose reference is its data polygon with its ways around obstacles.
+    pub fn of(batch: &CurveBatch, i: usize, vertices: Option<&Vertices>, ways: &WaysRound) -> Self {
         let (closed, polygon) = (batch.is_closed(i), polygon(batch, i));
         let count = polygon.len();
         let Some(Vertices { coords, rows, .. }) = vertices else {
@@ -50,15 +91,21 @@ impl Course {
         let mut reference = points.clone();
         for (k, ends) in rows.windows(2).enumerate() {
             let [from, to] = [ends[0], ends[1]];
-            for row in from..to {
-                let part = f64::from(row - from) / f64::from(to - from);
-                reference[row as usize] = polygon[k].lerp(polygon[(k + 1) % count], part);
-            }
+            let corners = ways.get(&k).map_or(&[][..], Vec::as_slice);
+            let way: Vec<DVec3> = [polygon[k]].into_iter().chain(corners.iter().copied()).collect();
+            place(&mut reference[from as usize..to as usize], &way, polygon[(k + 1) % count]);
         }
         if let (false, Some(last), Some(end)) = (closed, reference.last_mut(), polygon.last()) {
             *last = *end;
         }
         Course { points, reference, rows: rows.clone(), closed, is_fitted: true }
+    }
+
+    /// An obstacle, which stays where it is.
+    pub fn of_obstacle(obstacle: &Obstacle) -> Self {
+        let points = flat(obstacle.corners.as_flattened(), 2);
+        let rows = (0..=points.len() as u32).collect();
+        Course { reference: points.clone(), points, rows, closed: true, is_fitted: false }
     }
 
     pub fn line<'a>(&self, points: &'a [DVec3]) -> Line<'a> {
