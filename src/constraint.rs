@@ -34,6 +34,12 @@ pub struct Constraints {
     /// The half-width of the corridor around the chord that starts at the point, in units of the
     /// input (column `corridor`). NaN leaves the span free.
     pub corridors: Option<Vec<f64>>,
+    /// The widths of the corridor to the left and to the right of each point, two numbers per point, in
+    /// units of the input (columns `corridor_left` and `corridor_right`).
+    ///
+    /// They are measured along the bisector of the turn at the point. Between two points the borders are
+    /// straight. NaN leaves the spans at the point free.
+    pub widths: Option<Vec<f64>>,
 }
 
 /// A kind of [`Constraints`], for [`CurveBatch::allows`](crate::CurveBatch::allows).
@@ -54,6 +60,8 @@ pub enum Constraint {
     LargestCurvatures,
     /// [`Constraints::corridors`]
     Corridors,
+    /// [`Constraints::widths`]
+    Widths,
 }
 
 impl Constraint {
@@ -67,6 +75,7 @@ impl Constraint {
             Constraint::Pinned => "pinned points (column pinned)",
             Constraint::LargestCurvatures => "largest curvatures (column kmax)",
             Constraint::Corridors => "corridors (column corridor)",
+            Constraint::Widths => "widths of corridors (columns corridor_left corridor_right)",
         }
     }
 }
@@ -79,7 +88,8 @@ impl Constraints {
 
     /// The constraints that are given.
     fn given(&self) -> impl Iterator<Item = Constraint> + use<> {
-        let Constraints { tangents, curvatures, exponents, known, pinned, largest_curvatures, corridors } = self;
+        let Constraints { tangents, curvatures, exponents, known, pinned, largest_curvatures, corridors, widths } =
+            self;
         let all = [
             (Constraint::Tangents, tangents.is_some()),
             (Constraint::Curvatures, curvatures.is_some()),
@@ -88,6 +98,7 @@ impl Constraints {
             (Constraint::Pinned, pinned.is_some()),
             (Constraint::LargestCurvatures, largest_curvatures.is_some()),
             (Constraint::Corridors, corridors.is_some()),
+            (Constraint::Widths, widths.is_some()),
         ];
         all.into_iter().filter(|(_, given)| *given).map(|(constraint, _)| constraint)
     }
@@ -108,7 +119,8 @@ impl Constraints {
 
     /// Keeps only the points for which `keep` is true.
     pub(crate) fn retain(&mut self, dimension: usize, keep: &[bool]) {
-        let Constraints { tangents, curvatures, exponents, known, pinned, largest_curvatures, corridors } = self;
+        let Constraints { tangents, curvatures, exponents, known, pinned, largest_curvatures, corridors, widths } =
+            self;
         retain_rows(tangents.as_mut(), dimension, keep);
         retain_rows(curvatures.as_mut(), dimension, keep);
         retain_rows(exponents.as_mut(), 1, keep);
@@ -116,11 +128,13 @@ impl Constraints {
         retain_rows(pinned.as_mut(), 1, keep);
         retain_rows(largest_curvatures.as_mut(), 1, keep);
         retain_rows(corridors.as_mut(), 1, keep);
+        retain_rows(widths.as_mut(), 2, keep);
     }
 
     /// The constraints of the points listed, in that order.
     pub(crate) fn gather(&self, dimension: usize, points: &[usize]) -> Self {
-        let Constraints { tangents, curvatures, exponents, known, pinned, largest_curvatures, corridors } = self;
+        let Constraints { tangents, curvatures, exponents, known, pinned, largest_curvatures, corridors, widths } =
+            self;
         Constraints {
             tangents: gather_rows(tangents, dimension, points),
             curvatures: gather_rows(curvatures, dimension, points),
@@ -129,6 +143,7 @@ impl Constraints {
             pinned: gather_rows(pinned, 1, points),
             largest_curvatures: gather_rows(largest_curvatures, 1, points),
             corridors: gather_rows(corridors, 1, points),
+            widths: gather_rows(widths, 2, points),
         }
     }
 }
@@ -167,6 +182,7 @@ mod tests {
             pinned: Some(vec![false, false, true]),
             largest_curvatures: Some(vec![4.0, 5.0, 6.0]),
             corridors: Some(vec![7.0, 8.0, 9.0]),
+            widths: Some((0..6).map(|k| 20.0 + f64::from(k)).collect()),
         }
     }
 
@@ -177,25 +193,25 @@ mod tests {
         assert_eq!(gathered.curvatures, Some(vec![14.0, 15.0, 10.0, 11.0]));
         assert_eq!((gathered.exponents, gathered.known), (Some(vec![3.0, 1.0]), Some(vec![true, true])));
         assert_eq!((gathered.pinned, gathered.largest_curvatures), (Some(vec![true, false]), Some(vec![6.0, 4.0])));
-        assert_eq!(gathered.corridors, Some(vec![9.0, 7.0]));
+        assert_eq!((gathered.corridors, gathered.widths), (Some(vec![9.0, 7.0]), Some(vec![24.0, 25.0, 20.0, 21.0])));
     }
 
     #[test]
     fn what_a_method_does_not_know_is_refused_in_one_sentence() {
-        use Constraint::{Corridors, Curvatures, Exponents, Known, LargestCurvatures, Pinned, Tangents};
+        use Constraint::{Corridors, Curvatures, Exponents, Known, LargestCurvatures, Pinned, Tangents, Widths};
         let refused = |known: &[Constraint]| all().expect_only(known, "curves of a kind").unwrap_err().to_string();
         assert_eq!(
-            refused(&[Tangents, Curvatures, Exponents, Pinned, LargestCurvatures, Corridors]),
+            refused(&[Tangents, Curvatures, Exponents, Pinned, LargestCurvatures, Corridors, Widths]),
             "curves of a kind know no known control points (column known): leave these columns out, or choose a method that knows them"
         );
         assert_eq!(
-            refused(&[Curvatures, Known, Pinned, LargestCurvatures, Corridors]),
+            refused(&[Curvatures, Known, Pinned, LargestCurvatures, Corridors, Widths]),
             "curves of a kind know no tangents (columns tx ty tz), and no exponents of spans (column nu): leave these columns out, \
              or choose a method that knows them"
         );
         all()
             .expect_only(
-                &[Tangents, Curvatures, Exponents, Known, Pinned, LargestCurvatures, Corridors],
+                &[Tangents, Curvatures, Exponents, Known, Pinned, LargestCurvatures, Corridors, Widths],
                 "curves of a kind",
             )
             .unwrap();

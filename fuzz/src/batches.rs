@@ -80,5 +80,6 @@ fn constraints(bytes: &mut Unstructured, points: usize, dimension: usize) -> Res
         if bytes.ratio(1, 4)? { Some((0..points).map(|_| bytes.arbitrary()).collect::<Result<_>>()?) } else { None };
     let largest_curvatures = if bytes.ratio(1, 4)? { Some(column(bytes, points)?) } else { None };
     let corridors = if bytes.ratio(1, 8)? { Some(column(bytes, points)?) } else { None };
-    Ok(Constraints { tangents, curvatures, exponents, known, pinned, largest_curvatures, corridors })
+    let widths = if bytes.ratio(1, 8)? { Some(column(bytes, 2 * points)?) } else { None };
+    Ok(Constraints { tangents, curvatures, exponents, known, pinned, largest_curvatures, corridors, widths })
 }

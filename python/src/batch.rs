@@ -33,7 +33,7 @@ pub fn offsets(array: &PyReadonlyArray1<'_, i64>) -> PyResult<Vec<usize>> {
 #[pymethods]
 impl Batch {
     #[new]
-    #[pyo3(signature = (coords, offsets, *, closed=None, t=None, weights=None, tangents=None, curvatures=None, exponents=None, known=None, pinned=None, largest_curvatures=None, corridors=None, auto_closed=false))]
+    #[pyo3(signature = (coords, offsets, *, closed=None, t=None, weights=None, tangents=None, curvatures=None, exponents=None, known=None, pinned=None, largest_curvatures=None, corridors=None, widths=None, auto_closed=false))]
     fn new(
         coords: PyReadonlyArray2<'_, f64>,
         offsets: PyReadonlyArray1<'_, i64>,
@@ -47,6 +47,7 @@ impl Batch {
         pinned: Option<Vec<bool>>,
         largest_curvatures: Option<PyReadonlyArray1<'_, f64>>,
         corridors: Option<PyReadonlyArray1<'_, f64>>,
+        widths: Option<PyReadonlyArray1<'_, f64>>,
         auto_closed: bool,
     ) -> PyResult<Self> {
         let dimension = coords.shape()[1];
@@ -66,6 +67,7 @@ impl Batch {
             pinned,
             largest_curvatures: largest_curvatures.as_ref().map(flat).transpose()?,
             corridors: corridors.as_ref().map(flat).transpose()?,
+            widths: widths.as_ref().map(flat).transpose()?,
         };
         if !constraints.is_empty() {
             batch = batch.with_constraints(constraints).map_err(crate::error)?;

@@ -243,6 +243,7 @@ impl Limited {
             stretch: self.max_stretch,
             area: self.preserve_area,
             no_crossing: self.no_crossing,
+            ..Limits::default()
         }
     }
 }

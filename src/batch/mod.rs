@@ -227,6 +227,9 @@ impl CurveBatch {
             ("largest curvatures", constraints.largest_curvatures.as_ref().map(Vec::len)),
             ("corridors", constraints.corridors.as_ref().map(Vec::len)),
         ];
+        if let Some(widths) = &constraints.widths {
+            expect_length("widths of corridors, two per point,", widths.len(), 2 * points, "width")?;
+        }
         for (what, length) in lengths {
             expect_length(what, length.unwrap_or(points), points, "point")?;
         }

@@ -89,6 +89,12 @@ pub(super) fn check(fair: &Fair, batch: &CurveBatch) -> Result<()> {
         Constraint::Pinned,
         Constraint::LargestCurvatures,
         Constraint::Corridors,
+        Constraint::Widths,
     ];
+    if batch.dimension() == 3 && batch.constraints().widths.is_some() {
+        let what =
+            "curves in space have no left and no right: leave the widths of corridors out, or give a column corridor";
+        return refuse(what.into());
+    }
     batch.allows(&known, "fair curves")
 }

@@ -1,5 +1,7 @@
 //! [`CurveLimits`]: the [limits](Limits) of one curve at its vertices.
 
+use glam::DVec2;
+
 use super::enclosed::Enclosed;
 use super::energy::{Functional, LIMIT_KINDS, LimitTerms};
 use super::limits::{LimitKind, Limits, Polygon, RegionConstraint, of_spans, spans};
@@ -102,11 +104,57 @@ fn regions_of<const D: usize>(
         let [foot, axis] = [half_plane.foot, half_plane.axis].map(|v| std::array::from_fn(|c| v[c]));
         let unit = unit.min(OF_ROOM * half_plane.gap / size);
         let form = RegionConstraint::half_plane(scale(1.0 / size, subtract(foot, from)), axis, unit);
-        NeighbourConstraint { row: ready.row_of_drawn(half_plane.row), form, neighbour: half_plane.neighbour }
+        NeighbourConstraint { row: ready.row_of_drawn(half_plane.row), form, neighbour: Some(half_plane.neighbour) }
     };
-    let sides = separating.iter().map(side).collect();
+    let mut sides: Vec<_> = separating.iter().map(side).collect();
+    if let Some(widths) = &batch.constraints().widths {
+        let own = &widths[2 * batch.offsets()[i]..2 * batch.offsets()[i + 1]];
+        sides.extend(borders(polygon, own.as_chunks::<2>().0, from, unit));
+    }
     let rows = spans.iter().map(|span| span.rows).collect();
     RegionConstraints::new(regions, corridors, sides, rows, &ready.problem.pinned, vertices)
+}
+
+/// The half-planes between the two borders of a planar corridor with these widths at the data points, for
+/// the vertices of every span.
+fn borders<const D: usize>(
+    polygon: &Polygon<'_, D>,
+    widths: &[[f64; 2]],
+    from: Vector<f64, D>,
+    unit: f64,
+) -> Vec<NeighbourConstraint<D>> {
+    let mut borders = Vec::new();
+    let left = |v: DVec2| v.perp().normalize_or_zero();
+    let chord = |k: usize| DVec2::from_slice(&polygon.chord(&polygon.spans[k]));
+    // Along the bisector of the turn at the start of span k, or at its end.
+    let across = |before: Option<usize>, after: Option<usize>| {
+        let [a, b] = [before, after].map(|k| k.map_or(DVec2::ZERO, |k| left(chord(k))));
+        (a + b).normalize_or_zero()
+    };
+    for (k, span) in polygon.spans.iter().enumerate() {
+        let normals = [across(polygon.before(k), Some(k)), across(Some(k), polygon.after(k))];
+        for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
+            let corner = |end: usize| {
+                let point = [span.point, span.next][end];
+                DVec2::from_slice(&polygon.points[point]) + sign * widths[point][side] * normals[end]
+            };
+            let [mut start, end] = [corner(0), corner(1)];
+            let mut along = end - start;
+            // Inside a sharp turn the border may run back. It is parallel to the chord then, and near it.
+            if along.dot(chord(k)) <= 0.0 {
+                along = chord(k);
+                start = if sign * along.perp_dot(end - start) < 0.0 { end } else { start };
+            }
+            if !(start.is_finite() && along.is_finite() && along != DVec2::ZERO) {
+                continue;
+            }
+            let [foot, axis] = [start, sign * left(along)].map(|v| std::array::from_fn(|c| [v.x, v.y][c.min(1)]));
+            let form = RegionConstraint::half_plane(scale(1.0 / polygon.size, subtract(foot, from)), axis, unit);
+            let rows = (span.rows[0]..=span.rows[1]).map(|row| row % polygon.vertices);
+            borders.extend(rows.map(|row| NeighbourConstraint { row, form, neighbour: None }));
+        }
+    }
+    borders
 }
 
 /// The energy terms for the limits of a batch; `None` without limits. `separating` are the
@@ -123,6 +171,9 @@ pub(super) fn limit_terms<const D: usize>(
     let asked = LimitKind::<D>::ALL.into_iter().filter(|kind| (kind.is_asked)(limits, batch));
     let quantities = asked.map(|kind| (kind.functional)(limits, in_surface)).collect();
     let corridors = usize::from(limits.corridor.is_some() || batch.constraints().corridors.is_some());
-    let regions = RegionConstraints::<D>::most(limits.regions.len() + corridors + separating.most_at_a_vertex());
+    // A data point lies between two spans with two borders each.
+    let borders = if batch.constraints().widths.is_some() { 4 } else { 0 };
+    let all = limits.regions.len() + corridors + borders + separating.most_at_a_vertex();
+    let regions = RegionConstraints::<D>::most(all);
     Some(LimitTerms { quantities, regions, stretch: limits.stretch.is_some(), area: limits.area })
 }

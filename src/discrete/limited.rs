@@ -250,6 +250,8 @@ pub(super) async fn keep_within<const D: usize>(
     let free = if has_converged { outcome.energy } else { f64::NAN };
     let energy = if has_converged { free } else { ready.problem.energy_of_base(&fair.energy) };
     let limited = Limited::new(curve, limits, ready, [energy, free], INITIAL_PENALTY);
+    // Limits move the curve, so that other places are nearest to its points.
+    discs.begin_again();
     let (limited, ending) = limited.descend(curve, Some(discs)).await;
     let Limited { penalties, rounds: Constrained { ready, outcome: found, .. }, .. } = limited;
     let found = found.expect("rounds have descended");

@@ -16,6 +16,7 @@ pub(super) use region::RegionConstraint;
 
 use super::energy::MOST_DIRECTIONS;
 use crate::batch::CurveBatch;
+use crate::constraint::Constraints;
 use crate::error::{Error, Result};
 use crate::linalg::scalar::{self, Vector};
 
@@ -68,7 +69,8 @@ pub struct Limits {
     /// `None`, the default, means no corridor. The curve between two points stays within d of their
     /// chord. The column `corridor` of [`Constraints::corridors`](crate::Constraints::corridors)
     /// has the half-widths of single spans. The smaller one applies. Points that are not pinned
-    /// stay within the smaller half-width of their two spans.
+    /// stay within the smaller half-width of their two spans. In the plane
+    /// [`Constraints::widths`](crate::Constraints::widths) has the widths to both sides of every point.
     pub corridor: Option<f64>,
     /// Half-planes, discs and balls that all curves stay within or out of. None by default.
     ///
@@ -151,7 +153,8 @@ impl Limits {
 
     /// Whether there are limits on positions: regions or corridors.
     pub(super) fn has_places(&self, batch: &CurveBatch) -> bool {
-        self.corridor.is_some() || !self.regions.is_empty() || batch.constraints().corridors.is_some()
+        let Constraints { corridors, widths, .. } = batch.constraints();
+        self.corridor.is_some() || !self.regions.is_empty() || corridors.is_some() || widths.is_some()
     }
 
     /// Whether any span of curve `i` has a largest curvature.
@@ -257,6 +260,15 @@ impl Limits {
                     format!("its {name} is {bound}; give a positive number {unit}, or leave it empty"),
                 ));
             }
+        }
+        if let Some(widths) = &constraints.widths
+            && let Some(entry) = widths[2 * own.start..2 * own.end].iter().position(|width| *width < 0.0)
+        {
+            let (side, width) = (["left", "right"][entry % 2], widths[2 * own.start + entry]);
+            return Some((
+                entry / 2,
+                format!("its corridor is {width} to the {side}; give 0 or more, or leave it empty"),
+            ));
         }
         if let Some(point) = self.turning_back(batch.points(i).as_chunks::<D>().0, rows, pinned) {
             let what =

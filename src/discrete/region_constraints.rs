@@ -39,13 +39,13 @@ pub(super) struct RegionConstraints<const D: usize> {
     chosen: Vec<Vec<Option<usize>>>,
 }
 
-/// A half-plane that separates one vertex from a neighbouring curve.
+/// A half-plane that separates one vertex from a neighbouring curve, or from a border of its corridor.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct NeighbourConstraint<const D: usize> {
     pub row: usize,
     pub form: RegionConstraint<D>,
-    /// The index of the curve on the other side.
-    pub neighbour: usize,
+    /// The index of the curve on the other side, if it is one.
+    pub neighbour: Option<usize>,
 }
 
 impl<const D: usize> RegionConstraints<D> {
@@ -106,7 +106,7 @@ impl<const D: usize> RegionConstraints<D> {
 
     /// The curve on the other side of a separating half-plane.
     pub fn neighbour(&self, region: usize) -> Option<usize> {
-        Some(self.sides.get(region.checked_sub(self.regions.len() + 1)?)?.neighbour)
+        self.sides.get(region.checked_sub(self.regions.len() + 1)?)?.neighbour
     }
 
     fn form(&self, row: usize, region: usize) -> Option<RegionConstraint<D>> {

@@ -8,9 +8,27 @@ use crate::error::{Error, Result, listed, quoted};
 
 /// The roles of columns: the name of the curve, the point, its parameter and weight, its
 /// constraints, whether the curve is closed.
-pub(super) const ROLES: [&str; 18] = [
-    "curve", "x", "y", "z", "t", "weight", "tx", "ty", "tz", "kx", "ky", "kz", "nu", "known", "pinned", "kmax",
-    "corridor", "closed",
+pub(super) const ROLES: [&str; 20] = [
+    "curve",
+    "x",
+    "y",
+    "z",
+    "t",
+    "weight",
+    "tx",
+    "ty",
+    "tz",
+    "kx",
+    "ky",
+    "kz",
+    "nu",
+    "known",
+    "pinned",
+    "kmax",
+    "corridor",
+    "corridor_left",
+    "corridor_right",
+    "closed",
 ];
 
 /// The column that says how the fit of a curve ended. It is written, and no role of a column.
@@ -20,6 +38,10 @@ pub(super) const STATUS: &str = "status";
 const LONGITUDES: [&str; 4] = ["lon", "long", "lng", "longitude"];
 const LATITUDES: [&str; 2] = ["lat", "latitude"];
 
+/// Columns of race tracks as the Technical University of Munich writes them, and their roles.
+const OF_TRACKS: [(&str, &str); 4] =
+    [("x_m", "x"), ("y_m", "y"), ("w_tr_right_m", "corridor_right"), ("w_tr_left_m", "corridor_left")];
+
 fn is_one_of(heading: &str, words: &[&str]) -> bool {
     words.iter().any(|word| heading.eq_ignore_ascii_case(word))
 }
@@ -27,9 +49,11 @@ fn is_one_of(heading: &str, words: &[&str]) -> bool {
 /// Which column of a CSV file means what: `x=lon,y=lat,curve=id,t=hours`.
 ///
 /// - A column named by its meaning (`curve x y z t weight tx ty tz kx ky kz nu known pinned kmax
-///   corridor closed`) needs no entry. `X` means `x` if no column is called `x`, and so on.
+///   corridor corridor_left corridor_right closed`) needs no entry. `X` means `x` if no column is called `x`, and so on.
 /// - A column `lon`, `long`, `lng` or `longitude` is x, and one called `lat` or `latitude` is y, if
 ///   the file has both and neither `x` nor `y`.
+/// - Columns `x_m`, `y_m`, `w_tr_right_m` and `w_tr_left_m`, as race tracks have them, are x, y and
+///   the widths of the corridor. A `#` before the header is left out.
 /// - Numbers, such as `x=2,y=3`, are columns counted from 1, where they are not all headings. The
 ///   file then needs no header.
 /// - `weight=`, with nothing after it, drops a column.
@@ -249,6 +273,9 @@ impl Columns {
             let mut found = find(&|heading| heading == column);
             if found.is_empty() {
                 found = find(&|heading| heading.eq_ignore_ascii_case(column));
+            }
+            if found.is_empty() && given.is_none() {
+                found = find(&|heading| OF_TRACKS.contains(&(heading, name)));
             }
             cells[role] = found.first().copied();
             if found.len() > 1 {

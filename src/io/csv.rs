@@ -65,7 +65,15 @@ fn read(source: &mut Source, options: &ReadOptions) -> Result<CurveBatch> {
     let whole = io::Cursor::new(first_line).chain(rows).chain(endings.text());
     let mut csv = ReaderBuilder::new().delimiter(dialect.separator).trim(Trim::Headers).from_reader(whole);
     let header: Vec<String> = match csv.byte_headers() {
-        Ok(header) => header.iter().map(|name| String::from_utf8_lossy(name).into_owned()).collect(),
+        Ok(header) => {
+            let names = header.iter().map(|name| String::from_utf8_lossy(name).into_owned());
+            // NumPy writes headers as comments.
+            let uncommented = |(k, name): (usize, String)| match name.strip_prefix('#').filter(|_| k == 0) {
+                Some(name) => name.trim_start().to_string(),
+                None => name,
+            };
+            names.enumerate().map(uncommented).collect()
+        }
         Err(error) => return Err(row_error(source, error, heading)),
     };
     if header.iter().all(String::is_empty) {

@@ -1,6 +1,6 @@
 //! Curves keep their corridors and regions, go on in a direction, and twist to one side.
 
-use faircurve::discrete::{Energy, Fair, Limits, Pins, Region, bending, length, tautness, variation};
+use faircurve::discrete::{Energy, Fair, Limits, Pins, Region, Segments, bending, length, tautness, variation};
 use faircurve::{Constraints, CurveBatch, CurveReport, CurveStatus, Device};
 
 use crate::common::*;
@@ -363,4 +363,68 @@ fn a_region_that_a_curve_cannot_keep_is_named() {
     assert_eq!(report.status, CurveStatus::Infeasible, "{report:?}");
     let message = report.message.unwrap();
     assert!(message.contains("it breaks the half-plane"), "{message}");
+}
+
+#[test]
+fn corridors_of_two_widths_are_kept_and_used() {
+    // A closed track: a circle of radius 50 with four waves, wider inside and outside in turn.
+    let n = 60;
+    let turn = |k: usize| std::f64::consts::TAU * k as f64 / n as f64;
+    let points: Vec<Planar> = (0..n)
+        .map(|k| {
+            let radius = 50.0 + 6.0 * (4.0 * turn(k)).cos();
+            [radius * turn(k).cos(), radius * turn(k).sin()]
+        })
+        .collect();
+    let width = |k: usize| [2.0 + turn(k).sin(), 2.0 - turn(k).sin()];
+    let widths: Vec<f64> = (0..n).flat_map(width).collect();
+    let batch =
+        one(&points, true).with_constraints(Constraints { widths: Some(widths.clone()), ..Constraints::default() });
+    let batch = batch.unwrap();
+    let fair = Fair { deviation: Some(4.0.into()), segments: Segments::PerSpan(3), ..Fair::default() };
+    let (own, report) = fitted::<2>(&fair, &batch, 3);
+    assert_eq!(report.status, CurveStatus::Converged, "{report:?}");
+    // Every vertex lies between the borders, which are straight from one bisector to the next.
+    let at = |k: usize| points[k % n];
+    let unit = |v: Planar| v.map(|x| x / norm(v));
+    let left = |k: usize| {
+        let [a, b] = [unit(minus(at(k + n), at(k + n - 1))), unit(minus(at(k + 1), at(k)))];
+        unit([-a[1] - b[1], a[0] + b[0]])
+    };
+    let border = |k: usize, side: usize| {
+        let sign = [1.0, -1.0][side];
+        std::array::from_fn(|c| at(k)[c] + sign * width(k % n)[side] * left(k)[c])
+    };
+    let mut used = [0.0_f64; 2];
+    for (row, vertex) in own.iter().enumerate() {
+        let k = row / 3;
+        for side in 0..2 {
+            let [a, b]: [Planar; 2] = [border(k, side), border(k + 1, side)];
+            let along = unit(minus(b, a));
+            let from = minus(*vertex, a);
+            let off = [1.0, -1.0][side] * (along[0] * from[1] - along[1] * from[0]);
+            assert!(off <= 1e-9, "{row} {side}: {off}");
+            used[side] = used[side].max(off + width(k)[side]);
+        }
+    }
+    assert!(used.iter().all(|used| *used > 1.0), "{used:?}");
+    let centre = fitted::<2>(&Fair { deviation: None, ..fair.clone() }, &batch, 3).1;
+    assert!(report.energy < 0.9 * centre.energy, "{report:?} {centre:?}");
+    // Blank widths leave their spans free, and others are named.
+    let with = |k: usize, wide: f64| {
+        let mut widths = widths.clone();
+        widths[k] = wide;
+        batch.clone().with_constraints(Constraints { widths: Some(widths), ..Constraints::default() }).unwrap()
+    };
+    assert_eq!(fitted::<2>(&fair, &with(9, f64::NAN), 3).1.status, CurveStatus::Converged);
+    let report = fitted::<2>(&fair, &with(9, -1.0), 3).1;
+    assert_eq!(report.status, CurveStatus::Invalid);
+    assert!(report.message.unwrap().contains("point 4: its corridor is -1 to the right; give 0 or more"));
+    let short = Constraints { widths: Some(vec![1.0; n]), ..Constraints::default() };
+    let error = batch.clone().with_constraints(short).unwrap_err().to_string();
+    assert!(error.contains("60 widths of corridors, two per point, for 120 widths"), "{error}");
+    let space = one(&[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 1.0, 0.0]], false);
+    let space = space.with_constraints(Constraints { widths: Some(vec![1.0; 6]), ..Constraints::default() }).unwrap();
+    let error = fair.fit(&space, &faircurve::Device::cpu()).unwrap_err().to_string();
+    assert!(error.contains("curves in space have no left and no right"), "{error}");
 }

@@ -343,3 +343,26 @@ fn obstacles_of_geojson_are_kept_out_and_drawn() {
         "--clearance is -1; it must be a positive number",
     );
 }
+
+#[test]
+fn race_tracks_are_read_with_their_widths() {
+    let folder = TempDir::new().unwrap();
+    let row = |k: u32| {
+        let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / 40.0).sin_cos();
+        let radius = 60.0 + 5.0 * (3.0 * f64::from(k) * std::f64::consts::TAU / 40.0).cos();
+        format!("{},{},4,3.5\n", radius * cos, radius * sin)
+    };
+    let text = format!("# x_m,y_m,w_tr_right_m,w_tr_left_m\n{}", (0..40).map(row).collect::<String>());
+    std::fs::write(folder.path().join("track.csv"), text).unwrap();
+    let line = "path track.csv -o line.csv --min-radius 10 --deviation 5 --energy bending=1 --closed yes --device cpu";
+    run(&folder, &format!("{line} --report r.json")).code(0);
+    let text = fs::read_to_string(folder.path().join("r.json")).unwrap();
+    let report = serde_json::from_str::<Value>(&text).unwrap()["curves"].clone();
+    assert_eq!(report[0]["status"], "converged");
+    // The rounder line: three waves of 5 m become waves of less.
+    assert!(report[0]["max_deviation"].as_f64().unwrap() > 3.0, "{}", report[0]);
+    assert!(report[0]["max_curvature"].as_f64().unwrap() < 0.03, "{}", report[0]);
+    let half = std::fs::read_to_string(folder.path().join("track.csv")).unwrap().replace(",3.5\n", ",\n");
+    std::fs::write(folder.path().join("half.csv"), half).unwrap();
+    ran::refused(&folder, "path half.csv -o no.csv --min-radius 10", "give all of them, or none");
+}

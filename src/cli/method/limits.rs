@@ -75,7 +75,8 @@ pub struct LimitArgs {
     monotone: Vec<Axis>,
     /// Keeps fair curves within D of the chords between their points, in units of the input
     ///
-    /// A column corridor gives widths of single spans.
+    /// A column corridor gives widths of single spans. Columns corridor_left and corridor_right give the
+    /// widths to both sides of every point, within which points move as far as --deviation lets them.
     #[arg(long, value_name = "D", allow_negative_numbers = true)]
     corridor: Option<Length>,
     /// Keeps fair curves out of the disc around X,Y of radius R; in space X,Y,Z,R. Give it once for

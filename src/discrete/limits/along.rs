@@ -110,7 +110,7 @@ impl<const D: usize> Polygon<'_, D> {
     }
 
     /// The span before span k, if any.
-    fn before(&self, k: usize) -> Option<usize> {
+    pub fn before(&self, k: usize) -> Option<usize> {
         match k {
             0 if self.closed => Some(self.spans.len() - 1),
             k => k.checked_sub(1),
@@ -118,7 +118,7 @@ impl<const D: usize> Polygon<'_, D> {
     }
 
     /// The span after span k, if any.
-    fn after(&self, k: usize) -> Option<usize> {
+    pub fn after(&self, k: usize) -> Option<usize> {
         match k + 1 {
             k if k < self.spans.len() => Some(k),
             _ => self.closed.then_some(0),

@@ -40,7 +40,7 @@ enum Blank {
 }
 
 /// The roles of columns of numbers but `t`.
-const GROUPS: [(&[&str], Blank); 9] = [
+const GROUPS: [(&[&str], Blank); 10] = [
     (&["known"], Blank::Flag("1 for a given control point, 0 else")),
     (&["pinned"], Blank::Flag("1 for a point that the curve goes through exactly, 0 else")),
     (&["x", "y", "z"], Blank::UnfittedIfKnown),
@@ -50,6 +50,7 @@ const GROUPS: [(&[&str], Blank); 9] = [
     (&["nu"], Blank::Free),
     (&["kmax"], Blank::Free),
     (&["corridor"], Blank::Free),
+    (&["corridor_left", "corridor_right"], Blank::WholeVector),
 ];
 
 /// Places in [`GROUPS`].
@@ -254,7 +255,8 @@ impl<'a> Rows<'a> {
         };
         let d = self.groups[POINTS].cells.len();
         let values = self.groups.map(|group| (!group.values.is_empty()).then_some(group.values));
-        let [known, pinned, coords, tangents, curvatures, weights, exponents, largest_curvatures, corridors] = values;
+        let [known, pinned, coords, tangents, curvatures, weights, exponents, largest_curvatures, corridors, widths] =
+            values;
         let mut coords = coords.unwrap_or_default();
         let within_half_turn = coords.iter().step_by(d).all(|&x| longitude::within_half_turn(x));
         let geographic = self.longitude && longitude::are_geographic(&coords, d);
@@ -281,7 +283,8 @@ impl<'a> Rows<'a> {
             batch = batch.with_weights(weights)?;
         }
         let [known, pinned] = [known, pinned].map(|flags| Some(flags?.into_iter().map(|flag| flag == 1.0).collect()));
-        let constraints = Constraints { tangents, curvatures, exponents, known, pinned, largest_curvatures, corridors };
+        let constraints =
+            Constraints { tangents, curvatures, exponents, known, pinned, largest_curvatures, corridors, widths };
         batch = batch.with_constraints(constraints)?;
         batch = batch.with_columns(columns)?;
         for (i, (point, what)) in self.blanks {
