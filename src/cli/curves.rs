@@ -11,7 +11,7 @@ use faircurve::{CurveBatch, CurveStatus, Error, Fit, Result};
 use super::report::{head, line};
 use super::run::Run;
 use super::words::{format, one_of};
-use super::{InputArgs, count, output};
+use super::{InputArgs, count, output, profile};
 
 /// Béziers stray from a curve by at most this part of the size of its points, where --tolerance
 /// does not say how much.
@@ -156,7 +156,6 @@ impl Made<'_> {
         run.write(&args.output, || io::write_with(&args.output, &curves, &options))?;
         let mut points_out: Vec<usize> = (0..curves.len()).map(|i| curves.count(i)).collect();
         options.left_out.iter().for_each(|&i| points_out[i] = 0);
-        drop(curves);
         run.draw(args.picture.as_deref(), |path| {
             output::write(path, options.overwrite, |out| self.picture.write(batch, fit, out))
         })?;
@@ -164,7 +163,7 @@ impl Made<'_> {
             [fit.usable(), fit.len()],
             || head(self.method, fit.device()),
             |i| line(batch, fit, i, points_out[i], self.lambda_unit),
-            |i| Some(small_picture(batch, fit, i)),
+            |i| Some(small_picture(batch, fit, i, &self.picture) + &profile::charts(batch, fit, &curves, i)),
         )?;
         run.tell("", fit.device());
         batch.notes().iter().chain(&notes).chain(&left_out).for_each(|note| run.say(note));
@@ -199,9 +198,9 @@ fn left_out(batch: &CurveBatch, curves: &CurveBatch, args: &CurveArgs) -> Option
     Some(format!("{are} left out: {} has no place for {them}", args.output.display()))
 }
 
-/// A picture of one curve.
-fn small_picture(batch: &CurveBatch, fit: &Fit, i: usize) -> String {
-    let picture = Picture { width: SMALL_PICTURE, ..Picture::default() };
+/// A picture of one curve, like the whole one.
+fn small_picture(batch: &CurveBatch, fit: &Fit, i: usize, own: &Picture) -> String {
+    let picture = Picture { width: SMALL_PICTURE, title: None, method: String::new(), comb: None, ..own.clone() };
     picture.draw(&batch.select(&[i]), &fit.select(&[i]))
 }
 

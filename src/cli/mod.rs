@@ -24,6 +24,7 @@ mod map;
 mod method;
 mod output;
 mod polygons;
+mod profile;
 mod progress;
 mod report;
 mod run;

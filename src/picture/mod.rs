@@ -180,12 +180,10 @@ impl Picture {
         }
         let frame = &drawing.frame;
         let [left, top, right, bottom] = frame.plot;
-        let (width, height) = (right - left, bottom - top);
-        write!(
-            out,
-            r#"<clipPath id="plot"><rect x="{left:.2}" y="{top:.2}" width="{width:.2}" height="{height:.2}"/></clipPath>"#
-        )?;
-        writeln!(out, r#"<g clip-path="url(#plot)" stroke-linejoin="round" stroke-linecap="round">"#)?;
+        let [x, y, width, height] = [left, top, right - left, bottom - top].map(|pixels| format!("{pixels:.2}"));
+        // An svg within another one is cut at its border.
+        writeln!(out, r#"<svg x="{x}" y="{y}" width="{width}" height="{height}" viewBox="{x} {y} {width} {height}">"#)?;
+        writeln!(out, r#"<g stroke-linejoin="round" stroke-linecap="round">"#)?;
         if let Some(half) = self.corridor {
             let pixels = 2.0 * half * frame.scale;
             drawing.layer(out, CORRIDOR, pixels, "", |i| drawing.given(i))?;
@@ -199,7 +197,7 @@ impl Picture {
             pen.close();
             out.write_all(pen.finish().as_bytes())?;
         }
-        writeln!(out, "\"/></g>")
+        writeln!(out, "\"/></g></svg>")
     }
 
     fn legend(&self, drawing: &Drawing, combs: Option<&Combs>) -> Vec<Entry> {
