@@ -124,7 +124,7 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     let (batch, easings) = args.tracks.easings(args.tracks.split(batch)?)?;
     let (own, notes_of_units) = args.in_units_of(&batch)?;
     let args = &own;
-    let batch = args.method.smooth_elevations(batch)?;
+    let batch = args.method.with_limits(args.method.smooth_elevations(batch)?)?;
     if !notes_of_units.is_empty() {
         (method, note_of_tolerance) = args.method(args.asked_tolerance()?)?;
     }

@@ -390,6 +390,11 @@ impl MethodArgs {
         }
     }
 
+    /// The batch with the limits of its curves and points.
+    pub fn with_limits(&self, batch: CurveBatch) -> Result<CurveBatch> {
+        self.limits.with_limits(batch)
+    }
+
     /// λ of smoothing splines, if it is given.
     fn lambda(&self) -> Result<Option<f64>> {
         match self.smoothing {

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::path::Path;
 
-use ::csv::{ReaderBuilder, Trim};
+use ::csv::{ReaderBuilder, StringRecord, Trim};
 
 use super::csv::Dialect;
 use super::source::Source;
@@ -59,20 +59,10 @@ impl Times {
 /// A file that cannot be read or is no such table. A time that is neither a number nor a date.
 pub fn read_times(path: impl AsRef<Path>) -> Result<Times> {
     let mut source = Source::open(path.as_ref())?;
-    let bytes = source.bytes()?;
-    let first_line = bytes.split_inclusive(|&c| c == b'\n').next().unwrap_or_default();
-    let (dialect, table) = match Dialect::stated(first_line) {
-        Some(dialect) => (dialect, &bytes[first_line.len()..]),
-        None => (Dialect::of(first_line), &bytes[..]),
-    };
-    let skipped = u64::from(table.len() < bytes.len());
-    let mut csv =
-        ReaderBuilder::new().delimiter(dialect.separator).trim(Trim::All).has_headers(false).from_reader(table);
+    let (dialect, records) = records(&mut source)?;
     let mut times = Times::default();
     let (mut t, mut curve) = (0, None);
-    for (k, record) in csv.records().enumerate() {
-        let line = k as u64 + 1 + skipped;
-        let record = record.map_err(|error| source.error(line, format!("{error}: mend the row")))?;
+    for (k, (line, record)) in records.into_iter().enumerate() {
         let cell = |cell: usize| record.get(cell).unwrap_or_default();
         if k == 0 && (record.len() > 1 || time(dialect, cell(0)).is_none()) {
             let place = |name: &str| record.iter().position(|heading| heading.eq_ignore_ascii_case(name));
@@ -93,6 +83,25 @@ pub fn read_times(path: impl AsRef<Path>) -> Result<Times> {
         }
     }
     Ok(times)
+}
+
+/// The rows of a small table with their lines, a header among them.
+pub(super) fn records(source: &mut Source) -> Result<(Dialect, Vec<(u64, StringRecord)>)> {
+    let bytes = source.bytes()?;
+    let first_line = bytes.split_inclusive(|&c| c == b'\n').next().unwrap_or_default();
+    let (dialect, table) = match Dialect::stated(first_line) {
+        Some(dialect) => (dialect, &bytes[first_line.len()..]),
+        None => (Dialect::of(first_line), &bytes[..]),
+    };
+    let skipped = u64::from(table.len() < bytes.len());
+    let mut csv =
+        ReaderBuilder::new().delimiter(dialect.separator).trim(Trim::All).has_headers(false).from_reader(table);
+    let record = |(k, record): (usize, ::csv::Result<StringRecord>)| {
+        let line = k as u64 + 1 + skipped;
+        Ok((line, record.map_err(|error| source.error(line, format!("{error}: mend the row")))?))
+    };
+    let records = csv.records().enumerate().map(record).collect::<Result<_>>()?;
+    Ok((dialect, records))
 }
 
 /// The time in a cell.

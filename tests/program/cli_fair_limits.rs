@@ -369,3 +369,39 @@ fn race_tracks_are_read_with_their_widths() {
     std::fs::write(folder.path().join("half.csv"), half).unwrap();
     ran::refused(&folder, "path half.csv -o no.csv --min-radius 10", "give all of them, or none");
 }
+
+#[test]
+fn limits_of_single_curves_and_points_come_from_a_table() {
+    let bend = |name: &str| format!("{name},0,0\n{name},10,0\n{name},10,10\n{name},20,10\n");
+    let folder = folder(&format!("curve,x,y\n{}{}", bend("a"), bend("b")));
+    let limits = |text: &str| fs::write(folder.path().join("limits.csv"), text).unwrap();
+    limits("curve,point,min_radius,heading,corridor\na,,4,,\n,0,,45,\nb,-1,,90,\nb,,,,6\n");
+    let path = "path in.csv -o out.csv --min-radius 1 --limits limits.csv --deviation 1 --device cpu --force";
+    run(&folder, &format!("{path} --report r.json --write tangent")).code(0);
+    let text = fs::read_to_string(folder.path().join("r.json")).unwrap();
+    let report = serde_json::from_str::<Value>(&text).unwrap()["curves"].clone();
+    let largest = |k: usize| report[k]["max_curvature"].as_f64().unwrap();
+    assert!(largest(0) <= 0.25 * (1.0 + 1e-6) && largest(1) > 0.25, "{report}");
+    let text = fs::read_to_string(folder.path().join("out.csv")).unwrap();
+    let tangent = |line: &str| {
+        let cells: Vec<f64> = line.split(',').skip(4).map(|cell| cell.parse().unwrap()).collect();
+        cells[0].atan2(cells[1]).to_degrees()
+    };
+    let of = |name: &str| -> Vec<f64> { text.lines().filter(|line| line.starts_with(name)).map(tangent).collect() };
+    for own in [of("a,"), of("b,")] {
+        assert!((own[0] - 45.0).abs() < 1.0, "{own:?}");
+    }
+    assert!((of("b,").last().unwrap() - 90.0).abs() < 1.0);
+    let refuse = |text: &str, sentence: &str| {
+        limits(text);
+        ran::refused(&folder, "path in.csv -o no.csv --min-radius 1 --limits limits.csv", sentence);
+    };
+    refuse(
+        "curve,radius\na,4\n",
+        "limits.csv, line 1: there is no limit \"radius\": known are curve, point, min_radius",
+    );
+    refuse("curve,min_radius\na,4\nz,4\n", "limits.csv, line 3: there is no curve \"z\"");
+    refuse("curve,point,kmax\na,4,1\n", "line 2: curve a has 4 points, and no point \"4\"");
+    refuse("curve,kmax\na,much\n", "column kmax holds \"much\", which is no number");
+    refuse("curve,heading\na,90\n", "a heading is that of a point");
+}

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use clap::{Args, ValueEnum};
-use faircurve::Result;
 use faircurve::discrete::{Limits, Region};
+use faircurve::{CurveBatch, Result, io};
 
 use super::obstacles::Obstacles;
 use crate::cli::lengths::Length;
@@ -102,6 +102,12 @@ pub struct LimitArgs {
     /// --tolerance, and what --spacing leaves out of arcs of --min-radius, are added.
     #[arg(long, value_name = "D", allow_negative_numbers = true)]
     clearance: Option<Length>,
+    /// Limits of single curves and points: columns curve, point, min_radius, corridor, heading and others
+    ///
+    /// A row without a curve is for all, and one without a point for all points of a curve; -1 is the last.
+    /// Other columns are kmax, corridor_left, corridor_right, and pinned. heading is in degrees from north.
+    #[arg(long, value_name = "FILE.csv")]
+    limits: Option<PathBuf>,
     /// Keeps the length of fair curves at most S times the length of the polygon of their points
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     max_stretch: Option<f64>,
@@ -116,6 +122,11 @@ pub struct LimitArgs {
 }
 
 impl LimitArgs {
+    /// The batch with the limits of its curves and points.
+    pub fn with_limits(&self, batch: CurveBatch) -> Result<CurveBatch> {
+        self.limits.as_ref().map_or(Ok(batch.clone()), |path| io::read_limits(path, &batch))
+    }
+
     /// Whether curves keep the shape of their points.
     pub fn shape(&self) -> bool {
         self.preserve_shape

@@ -35,7 +35,7 @@ fn gzip(bytes: &[u8]) -> Vec<u8> {
     zipped.finish().unwrap()
 }
 
-const KNOWN: &str = "curve, x, y, z, t, weight, tx, ty, tz, kx, ky, kz, nu, known, pinned, kmax, corridor, closed";
+const KNOWN: &str = "curve, x, y, z, t, weight, tx, ty, tz, kx, ky, kz, nu, known, pinned, kmax, corridor, corridor_left, corridor_right, closed";
 
 #[test]
 fn csv_cells_that_are_no_numbers_are_named_with_line_and_column() {
