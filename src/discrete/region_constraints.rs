@@ -34,6 +34,8 @@ pub(super) struct RegionConstraints<const D: usize> {
     sides: Vec<NeighbourConstraint<D>>,
     own: Vec<Vec<usize>>,
     movable: Vec<bool>,
+    /// The positions of the pinned vertex next to each vertex and of the vertex, if there is one.
+    pinned: Vec<Option<[Vector<f64, D>; 2]>>,
     /// The regions that constrain each vertex, one per layer. Indices count regions first, then the
     /// corridor, then separating half-planes.
     chosen: Vec<Vec<Option<usize>>>,
@@ -70,6 +72,7 @@ impl<const D: usize> RegionConstraints<D> {
             corridors,
             sides,
             own,
+            pinned: vec![None; vertices],
             movable,
             chosen: vec![vec![None; vertices]; layers],
         }
@@ -87,7 +90,11 @@ impl<const D: usize> RegionConstraints<D> {
 
     /// The indices and constraints of the regions of a vertex; none if it is pinned.
     fn of(&self, row: usize) -> impl Iterator<Item = (usize, RegionConstraint<D>)> {
-        let regions = self.regions.iter().map(move |form| form.beside(self.edges[row])).enumerate();
+        let beside = move |form: &RegionConstraint<D>| match self.pinned[row] {
+            Some(ends) => form.next_to(self.edges[row], ends),
+            None => form.beside(self.edges[row]),
+        };
+        let regions = self.regions.iter().map(beside).enumerate();
         let corridor = self.corridors.get(row).copied().flatten().map(|form| (self.regions.len(), form));
         let sides = self.own.get(row).into_iter().flatten();
         let sides = sides.map(|&k| (self.regions.len() + 1 + k, self.sides[k].form));
@@ -167,6 +174,15 @@ impl<const D: usize> RegionConstraints<D> {
 
     /// Measures the edges of the base.
     pub fn measure(&mut self, problem: &Problem<D>) {
+        let (places, count) = (&problem.places, self.movable.len());
+        for edge in 0..problem.base.len() {
+            let ends = [edge, (edge + 1) % count];
+            for [from, to] in [ends, [ends[1], ends[0]]] {
+                if !self.movable[from] {
+                    self.pinned[to] = Some([places[from], places[to]]);
+                }
+            }
+        }
         self.edges.fill(0.0);
         for (row, edge) in problem.base.iter().enumerate() {
             let length = UNEVEN * dot(*edge, *edge).sqrt();

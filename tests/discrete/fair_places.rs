@@ -126,6 +126,22 @@ fn no_edge_cuts_a_disc_to_stay_out_of() {
 }
 
 /// The distance of a polygon from a point.
+#[test]
+fn an_edge_from_a_pinned_point_at_a_disc_does_not_cut_it() {
+    for off in [1e-9, 1e-4, 3e-3, 0.02, 0.1] {
+        for turn in [0.3_f64, 0.9, 1.4] {
+            // Along the disc from a point just outside of it, and past it.
+            let points = [[-1.0 - off, 0.0], [2.5 * -turn.cos(), 2.5 * turn.sin()], [3.0, 1.0]];
+            let limits = Limits { regions: vec![disc(0.0, 0.0, 1.0)], ..Limits::default() };
+            let (vertices, report) = fitted::<2>(&limited(limits), &one(&points, false), SEGMENTS);
+            assert_eq!(report.status, CurveStatus::Converged, "{off} {turn}: {report:?}");
+            let least = vertices.windows(2).map(|ends| distance_to([0.0; 2], ends[0], ends[1]));
+            let least = least.fold(f64::INFINITY, f64::min);
+            assert!(least >= 1.0 - 1e-9, "{off} {turn}: {least}");
+        }
+    }
+}
+
 fn nearest(vertices: &[Planar], center: Planar) -> f64 {
     vertices.windows(2).map(|edge| distance_to(center, edge[0], edge[1])).fold(f64::INFINITY, f64::min)
 }

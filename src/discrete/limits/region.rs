@@ -145,6 +145,27 @@ impl<const D: usize> RegionConstraint<D> {
         }
     }
 
+    /// [`beside`](Self::beside) for a vertex next to a pinned one. An edge from a pinned vertex within the grown
+    /// disc must not cut the disc either: the vertex stays beyond the tangent to the disc through the pinned
+    /// vertex that is nearer to it. `ends` are the positions of the pinned vertex and of this one.
+    pub fn next_to(self, edge: f64, ends: [Vector<f64, D>; 2]) -> Self {
+        let grown = self.beside(edge);
+        let from_pinned = |x: Vector<f64, D>| subtract(x, ends[0]);
+        let [to_center, to_own] = [from_pinned(self.penalty.foot), from_pinned(ends[1])];
+        let square = dot(to_center, to_center);
+        if !(self.penalty.bend < 0.0 && square < -1.0 / grown.penalty.bend && square > 0.0) {
+            return grown;
+        }
+        let (distance, radius) = (square.sqrt(), (-1.0 / self.penalty.bend).sqrt());
+        let across = subtract(to_own, scale(dot(to_own, to_center) / square, to_center));
+        let width = dot(across, across).sqrt().max(f64::MIN_POSITIVE);
+        let cos = (radius / distance).min(1.0);
+        // Towards the centre, and away from the side on which the vertex is.
+        let sin = (1.0 - cos * cos).sqrt();
+        let axis = subtract(scale(cos / distance, to_center), scale(sin / width, across));
+        RegionConstraint::half_plane(ends[0], axis, radius)
+    }
+
     /// n·(f − p) ≤ 0, for a unit vector n and a point p of the boundary. `unit` is the length that
     /// it is measured in.
     pub fn half_plane(foot: Vector<f64, D>, axis: Vector<f64, D>, unit: f64) -> Self {
