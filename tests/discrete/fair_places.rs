@@ -129,9 +129,10 @@ fn no_edge_cuts_a_disc_to_stay_out_of() {
 #[test]
 fn an_edge_from_a_pinned_point_at_a_disc_does_not_cut_it() {
     for off in [1e-9, 1e-4, 3e-3, 0.02, 0.1] {
-        for turn in [0.3_f64, 0.9, 1.4] {
-            // Along the disc from a point just outside of it, and past it.
-            let points = [[-1.0 - off, 0.0], [2.5 * -turn.cos(), 2.5 * turn.sin()], [3.0, 1.0]];
+        for turn in [1.8_f64, 2.1, 2.4, 2.7] {
+            // From a point just outside of the disc around it, and on.
+            let points =
+                [[-1.0 - off, 0.0], [1.2 * turn.cos(), 1.2 * turn.sin()], [3.0 * turn.cos(), 3.0 * turn.sin()]];
             let limits = Limits { regions: vec![disc(0.0, 0.0, 1.0)], ..Limits::default() };
             let (vertices, report) = fitted::<2>(&limited(limits), &one(&points, false), SEGMENTS);
             assert_eq!(report.status, CurveStatus::Converged, "{off} {turn}: {report:?}");
