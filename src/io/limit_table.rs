@@ -86,7 +86,7 @@ pub fn read_limits(path: impl AsRef<Path>, batch: &CurveBatch) -> Result<CurveBa
                     continue;
                 }
                 _ if cell("point").is_empty() => {
-                    return Err(wrong("a heading is that of a point: give it, too".into()));
+                    return Err(wrong("a heading needs a point: give both".into()));
                 }
                 _ => {
                     let (sin, cos) = number.to_radians().sin_cos();

@@ -6,7 +6,7 @@ use glam::DVec3;
 /// 5 times the noise.
 const FAR: f64 = 7.0;
 
-/// The median is that of the whole track, or of this many fixes on each side if that is more.
+/// The median counts the whole track, or this many fixes on each side if that is more.
 const BESIDE: usize = 5;
 
 /// Which fixes of a track are outliers.

@@ -11,7 +11,7 @@ pub const ELEVATION: &str = "ele";
 /// The batch with the numbers of a column in place of their smoothing splines in time, which
 /// [`sample`](super::sample) interpolates smoothly.
 ///
-/// Each curve has a spline of its own. `target` is in units of the column. Blanks stay blank, and so do
+/// Each curve has its spline. `target` is in units of the column. Blanks stay blank, and so do
 /// curves with fewer than two numbers. Closed curves are smoothed from their first point to their last.
 ///
 /// # Errors

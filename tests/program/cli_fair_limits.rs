@@ -403,5 +403,5 @@ fn limits_of_single_curves_and_points_come_from_a_table() {
     refuse("curve,min_radius\na,4\nz,4\n", "limits.csv, line 3: there is no curve \"z\"");
     refuse("curve,point,kmax\na,4,1\n", "line 2: curve a has 4 points, and no point \"4\"");
     refuse("curve,kmax\na,much\n", "column kmax holds \"much\", which is no number");
-    refuse("curve,heading\na,90\n", "a heading is that of a point");
+    refuse("curve,heading\na,90\n", "a heading needs a point");
 }
