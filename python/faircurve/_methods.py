@@ -31,7 +31,7 @@ def _batch(curves: Ragged, *, closed: Any, **columns: Any) -> _core.Batch:
     for name, values in columns.items():
         if values is None:
             continue
-        if name in ("tangents", "curvatures"):
+        if name in ("tangents", "curvatures", "widths"):
             given[name] = vectors_per_point(values, curves, name)
         elif name in ("pinned", "known"):
             given[name] = per_point(values, curves, name).astype(bool).tolist()
@@ -221,6 +221,11 @@ class Fair:
         Curves stay within this distance of the chords between their points (units of the input).
     keep_in, keep_out : array_like, optional
         Discs, or balls, that all curves stay within, or out of: a row each, the centre and the radius.
+    obstacles : list of array_like, optional
+        Polygons that planar curves stay out of, edges included: corners of two coordinates each, or shapely polygons. Curves go
+        the shortest way around.
+    clearance : float, optional
+        The distance to ``obstacles`` and ``keep_out`` (units of the input).
     half_planes : array_like, optional
         Half-planes, or half-spaces, that all curves stay in: a row each, the vector n and the number b of n·f <= b.
     max_stretch : float, optional
@@ -268,6 +273,8 @@ class Fair:
     corridor: float | None = None
     keep_in: Any = None
     keep_out: Any = None
+    obstacles: Any = None
+    clearance: float | None = None
     half_planes: Any = None
     max_stretch: float | None = None
     preserve_area: bool = False
@@ -281,11 +288,12 @@ class Fair:
     starts: int = 1
     seed: int = 0
 
-    def fit(self, curves: Any, *, t: Any = None, closed: Any = None, tangents: Any = None, curvatures: Any = None, weights: Any = None, pinned: Any = None, largest_curvatures: Any = None, corridors: Any = None, device: str = "auto", precision: str = "auto") -> Fit:
+    def fit(self, curves: Any, *, t: Any = None, closed: Any = None, tangents: Any = None, curvatures: Any = None, weights: Any = None, pinned: Any = None, largest_curvatures: Any = None, corridors: Any = None, widths: Any = None, device: str = "auto", precision: str = "auto") -> Fit:
         """Fits every curve. ``tangents`` and ``curvatures`` (vectors, NaN where there are none) are met at their points; ``curvatures`` ask for variation.
 
         ``largest_curvatures`` bound the span that begins at each point (1/length, NaN: not at all). ``corridors`` are
-        half-widths about the chord that begins there (units of the input, NaN: none).
+        half-widths about the chord that begins there (units of the input, NaN: none). ``widths`` are those to the left and to the
+        right of each planar point, a row each.
 
         The other arguments are those of :meth:`Natural.fit`.
         """
@@ -295,7 +303,7 @@ class Fair:
         pins = self.pins or ("ends" if near else "all")
         deviation = None if self.deviation is None else str(self.deviation)
         given = ragged(curves)
-        batch = _batch(given, closed=closed, t=t, tangents=tangents, curvatures=curvatures, weights=weights, pinned=pinned, largest_curvatures=largest_curvatures, corridors=corridors)
+        batch = _batch(given, closed=closed, t=t, tangents=tangents, curvatures=curvatures, weights=weights, pinned=pinned, largest_curvatures=largest_curvatures, corridors=corridors, widths=widths)
         surface = None if self.surface is None else made(self.surface)
         fit = _core.fair(
             batch, list(energy.terms), self.per_span, self.spacing, pins, deviation,
@@ -310,6 +318,8 @@ class Fair:
             "half_spaces": _regions(self.half_planes, dimension, "half_planes"),
             "keep_in": _regions(self.keep_in, dimension, "keep_in"),
             "keep_out": _regions(self.keep_out, dimension, "keep_out"),
+            "obstacles": [ring for polygon in ([] if self.obstacles is None else self.obstacles) for ring in _rings(polygon)],
+            "clearance": self.clearance,
         }
         bounds = {"max_curvature": self.max_curvature, "corridor": self.corridor, "max_stretch": self.max_stretch}
         return {**bounds, **regions, "preserve_shape": self.preserve_shape, "monotone": monotone, "preserve_area": self.preserve_area, "no_crossing": self.no_crossing}
@@ -332,6 +342,19 @@ def _vector(vector: Any, dimension: int, name: str) -> list[float]:
     if found.shape != (dimension,):
         raise ValueError(f"{name} has the shape {found.shape}; a vector of {dimension} coordinates is needed")
     return [*found.tolist(), *[0.0] * (3 - dimension)]
+
+
+def _rings(polygon: Any) -> list[list[list[float]]]:
+    """The rings of a polygon: of arrays of corners, or of shapely's polygons of any number of parts."""
+    rings = [polygon]
+    if hasattr(polygon, "geom_type"):
+        parts = getattr(polygon, "geoms", [polygon])
+        rings = [ring.coords[:-1] for part in parts for ring in (part.exterior, *part.interiors)]
+    found = [np.asarray(ring, dtype=float) for ring in rings]
+    for ring in found:
+        if ring.ndim != 2 or ring.shape[1] != 2:
+            raise ValueError(f"obstacles has a polygon of the shape {ring.shape}; corners of 2 coordinates are needed")
+    return [ring.tolist() for ring in found]
 
 
 def _regions(rows: Any, dimension: int, name: str) -> list[tuple[list[float], float]]:

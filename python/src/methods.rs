@@ -1,6 +1,6 @@
 //! The methods: each a function of a batch and of options that Python's classes hold.
 
-use faircurve::discrete::{Energy, Expression, Fair, Limits, MOST_EDGES, Region, Segments};
+use faircurve::discrete::{Energy, Expression, Fair, Limits, MOST_EDGES, Obstacle, Region, Segments};
 use faircurve::scf::{Smooth, Start};
 use faircurve::spline::{Band, Corners, Ends, Natural, Parametrisation, Smoothing, SmoothingTarget, SurfaceSpline};
 use faircurve::{CurveBatch, Deviation, Device, Work};
@@ -224,6 +224,8 @@ pub struct Limited {
     half_spaces: Vec<([f64; 3], f64)>,
     keep_in: Vec<([f64; 3], f64)>,
     keep_out: Vec<([f64; 3], f64)>,
+    obstacles: Vec<Vec<[f64; 2]>>,
+    clearance: Option<f64>,
     max_stretch: Option<f64>,
     preserve_area: bool,
     no_crossing: bool,
@@ -234,7 +236,8 @@ impl Limited {
         let half_spaces = self.half_spaces.into_iter().map(|(normal, offset)| Region::HalfSpace { normal, offset });
         let inside = self.keep_in.into_iter().map(|(center, radius)| Region::Inside { center, radius });
         let outside = self.keep_out.into_iter().map(|(center, radius)| Region::Outside { center, radius });
-        Limits {
+        let obstacle = |(k, corners): (usize, Vec<[f64; 2]>)| Obstacle { corners, name: k.to_string(), curve: None };
+        let limits = Limits {
             curvature: self.max_curvature,
             shape: self.preserve_shape,
             monotone: self.monotone,
@@ -243,7 +246,11 @@ impl Limited {
             stretch: self.max_stretch,
             area: self.preserve_area,
             no_crossing: self.no_crossing,
-            ..Limits::default()
+            obstacles: self.obstacles.into_iter().enumerate().map(obstacle).collect(),
+        };
+        match self.clearance {
+            Some(clearance) => limits.with_clearance(clearance),
+            None => limits,
         }
     }
 }

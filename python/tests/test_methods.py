@@ -265,6 +265,16 @@ def test_fair_curves_keep_corridors_regions_directions_and_lengths():
     both = [fc.Fair(energy, monotone=directions).fit([bumpy]) for directions in ("xy", [(0, 1), (1, 0)])]
     assert both[0].report()["energy"][0] == both[1].report()["energy"][0] > grown.report()["energy"][0]
     assert np.diff(both[0].sample(per_span=16)[0], axis=0).min() >= 0
+    from shapely import LineString, Polygon
+
+    house = Polygon([(1.2, -0.5), (1.6, -0.5), (1.6, 0.6), (1.2, 0.6)], holes=[[(1.3, 0), (1.4, 0), (1.4, 0.1)]])
+    for obstacles in ([house], [np.array(house.exterior.coords[:-1])]):
+        away = kept(obstacles=obstacles, clearance=0.05)
+        assert LineString(away.sample(per_span=16)[0]).distance(Polygon(house.exterior)) >= 0.05
+    sides = fc.Fair(energy, deviation=1).fit([points], widths=np.tile([0.05, 0.2], (len(points), 1)))
+    assert sides.status.tolist() == ["converged"] and sides.report()["active"][0] > 0
+    with pytest.raises(ValueError, match="obstacles has a polygon of the shape"):
+        fc.Fair(obstacles=[(1, 2)]).fit([points])
     with pytest.raises(ValueError, match="keep_out has the shape"):
         fc.Fair(keep_out=[(1, 2)]).fit([points])
     with pytest.raises(ValueError, match="the largest stretch is 1; it must be more than 1"):
