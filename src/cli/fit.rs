@@ -205,7 +205,8 @@ pub fn run(args: &FitArgs) -> Result<bool> {
     let decimals = decimals.filter(|_| topology.is_none() || !args.map.keeps_a_part(&batch));
     let options = WriteOptions { decimals, ..args.write_options(tolerance) };
     let lambda_unit = method.lambda_unit(&batch);
-    let notes = said.into_iter().chain(notes).collect();
+    let cuts = if args.shape == Shape::Polyline { args.method.note_of_cuts(&curves, &fit)? } else { None };
+    let notes = said.into_iter().chain(notes).chain(cuts).collect();
     if let Some(dropped) = dropped {
         args.clean.write(&dropped, args.run.force)?;
     }

@@ -16,13 +16,14 @@ use faircurve::discrete::{Pins, Solver};
 use faircurve::scf::Smooth;
 use faircurve::spline::{Band, Corners, Natural, Parametrisation, Smoothing, SmoothingTarget};
 use faircurve::tracks::{self, ELEVATION};
-use faircurve::{Column, CurveBatch, Deviation, Error, Result};
+use faircurve::{Column, CurveBatch, Deviation, Error, Fit, Result};
 
 pub use self::chosen::Method;
 pub use self::energy::weights;
 use self::energy::{EnergyWeights, energy_help};
 use self::limits::LimitArgs;
 use self::surface::SurfaceArgs;
+use super::count;
 use super::given::Given;
 use super::lengths::Length;
 use super::words::one_of;
@@ -388,6 +389,19 @@ impl MethodArgs {
             }
             _ => Ok(batch),
         }
+    }
+
+    /// What is to be said of usable curves that, as they are written, meet what they stay out of.
+    pub fn note_of_cuts(&self, curves: &CurveBatch, fit: &Fit) -> Result<Option<String>> {
+        let limits = self.limits.limits()?;
+        if curves.dimension() != 2 || limits.obstacles.is_empty() && limits.regions.is_empty() {
+            return Ok(None);
+        }
+        Ok(obstacles::cut(curves, fit, &limits).map(|(first, n)| {
+            let (n, meet) = (count(n, "curve"), if n == 1 { "meets" } else { "meet" });
+            let first = curves.label(first);
+            format!("{n}, such as {first}, {meet} obstacles between samples: write more samples, or add --clearance")
+        }))
     }
 
     /// The batch with the limits of its curves and points.

@@ -20,47 +20,38 @@ pub const ELEVATION: &str = "ele";
 /// - The errors of [`Smoothing::fit`].
 pub fn smooth_column(batch: &CurveBatch, name: &str, target: SmoothingTarget) -> Result<CurveBatch> {
     let mut columns = batch.columns().to_vec();
-    let is_named = |column: &&mut Column| column.name == name;
-    let Some(Values::Numbers(numbers) | Values::Smooth(numbers)) =
-        columns.iter_mut().find(is_named).map(|column| &mut column.values)
-    else {
+    let own = columns.iter_mut().find(|column| column.name == name);
+    let Some(Column { values: values @ (Values::Numbers(_) | Values::Smooth(_)), .. }) = own else {
         return Err(Error::argument(format!("there is no column {name} of numbers to smooth")));
     };
+    let mut numbers = values.numbers().unwrap_or_default().to_vec();
     if !batch.has_parameters() && batch.total_points() > 0 {
         return Err(Error::argument(format!("column {name} is smoothed in time, and the points have no times")));
     }
-    // The rows of every curve that have a number and a time.
-    let mut rows: Vec<Vec<usize>> = Vec::new();
+    // The rows of every curve with two numbers or more, at different times.
+    let (mut rows, mut t, mut offsets) = (Vec::new(), Vec::new(), vec![0]);
     for i in 0..batch.len() {
-        let Some(t) = batch.parameters(i).filter(|t| t.is_sorted()) else { continue };
+        let Some(times) = batch.parameters(i).filter(|times| times.is_sorted()) else { continue };
         let first = batch.offsets()[i];
-        let own: Vec<usize> = (first..first + t.len()).filter(|&row| numbers[row].is_finite()).collect();
-        if own.len() > 1 && t[own[0] - first] < t[own[own.len() - 1] - first] {
-            rows.push(own);
+        let own: Vec<usize> = (0..times.len()).filter(|&k| numbers[first + k].is_finite()).collect();
+        if own.first().zip(own.last()).is_some_and(|(&a, &b)| times[a] < times[b]) {
+            t.extend(own.iter().map(|&k| times[k]));
+            rows.extend(own.iter().map(|&k| first + k));
+            offsets.push(rows.len());
         }
     }
-    let (mut coords, mut t, mut offsets) = (Vec::new(), Vec::new(), vec![0]);
-    for own in &rows {
-        let i = batch.offsets().partition_point(|offset| *offset <= own[0]) - 1;
-        let times = batch.parameters(i).expect("curves of rows have times");
-        for &row in own {
-            coords.extend([numbers[row], 0.0]);
-            t.push(times[row - batch.offsets()[i]]);
-        }
-        offsets.push(t.len());
-    }
-    let heights = CurveBatch::from_ragged(2, coords, offsets)?.with_parameters(t)?;
+    let coords = rows.iter().flat_map(|&row| [numbers[row], 0.0]).collect();
+    let heights = CurveBatch::from_ragged(2, coords, offsets.clone())?.with_parameters(t)?;
     let smoothing = Smoothing { target, pin_ends: false, parametrisation: Parametrisation::Given };
     let fit = smoothing.fit(&heights, &Device::cpu())?;
-    for (i, own) in rows.iter().enumerate().filter(|(i, _)| fit.reports()[*i].status.is_usable()) {
+    for (i, ends) in offsets.windows(2).enumerate().filter(|(i, _)| fit.reports()[*i].status.is_usable()) {
         let curve = fit.curve(i);
-        for (k, &row) in own.iter().enumerate() {
+        for (k, &row) in rows[ends[0]..ends[1]].iter().enumerate() {
             let span = k.min(curve.spans() - 1);
             numbers[row] = curve.jet(span, if k > span { 1.0 } else { 0.0 }).point.x;
         }
     }
-    let smooth = Values::Smooth(std::mem::take(numbers));
-    columns.iter_mut().filter(|column| column.name == name).for_each(|column| column.values = smooth.clone());
+    *values = Values::Smooth(numbers);
     batch.clone().with_columns(columns)
 }
 

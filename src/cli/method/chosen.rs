@@ -1,12 +1,12 @@
 //! [`Method`]: one of the library's, as its options were given.
 
-use std::f64::consts::TAU;
-
-use faircurve::discrete::{Fair, Region};
+use faircurve::discrete::Fair;
 use faircurve::scf::Smooth;
 use faircurve::spline::{Band, Natural, Smoothing, SurfaceSpline};
 use faircurve::surface::Surface;
 use faircurve::{CurveBatch, Device, Fit, Result, Sampling, Work};
+
+use super::obstacles::polygons;
 
 /// A method with its options.
 #[derive(Debug)]
@@ -44,16 +44,10 @@ impl Method {
 
     /// The polygons that curves stay out of, with discs among them, and the half-width of their corridor.
     pub fn areas(&self) -> (Vec<Vec<[f64; 2]>>, Option<f64>) {
-        let Method::Fair(fair) = self else { return (vec![], None) };
-        let disc = |region: &Region| match *region {
-            Region::Outside { center: [x, y, _], radius } => {
-                let corner = |k: u32| (TAU / 64.0 * f64::from(k)).sin_cos();
-                Some((0..64).map(corner).map(|(sin, cos)| [x + radius * cos, y + radius * sin]).collect())
-            }
-            _ => None,
-        };
-        let polygons = fair.limits.obstacles.iter().map(|obstacle| obstacle.corners.clone());
-        (polygons.chain(fair.limits.regions.iter().filter_map(disc)).collect(), fair.limits.corridor)
+        match self {
+            Method::Fair(fair) => (polygons(&fair.limits), fair.limits.corridor),
+            _ => (vec![], None),
+        }
     }
 
     /// The surface that curves lie in.
