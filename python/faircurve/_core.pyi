@@ -52,7 +52,7 @@ class Batch:
         pinned: Sequence[bool] | None = None,
         largest_curvatures: NDArray[np.float64] | None = None,
         corridors: NDArray[np.float64] | None = None,
-        widths: NDArray[np.float64] | None = None,
+        widths: _Floats | None = None,
         auto_closed: bool = False,
     ) -> Batch: ...
     def __len__(self) -> int: ...

@@ -47,7 +47,7 @@ impl Batch {
         pinned: Option<Vec<bool>>,
         largest_curvatures: Option<PyReadonlyArray1<'_, f64>>,
         corridors: Option<PyReadonlyArray1<'_, f64>>,
-        widths: Option<PyReadonlyArray1<'_, f64>>,
+        widths: Option<PyReadonlyArray2<'_, f64>>,
         auto_closed: bool,
     ) -> PyResult<Self> {
         let dimension = coords.shape()[1];
@@ -67,7 +67,7 @@ impl Batch {
             pinned,
             largest_curvatures: largest_curvatures.as_ref().map(flat).transpose()?,
             corridors: corridors.as_ref().map(flat).transpose()?,
-            widths: widths.as_ref().map(flat).transpose()?,
+            widths: widths.as_ref().map(rows).transpose()?,
         };
         if !constraints.is_empty() {
             batch = batch.with_constraints(constraints).map_err(crate::error)?;
