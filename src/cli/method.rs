@@ -393,12 +393,10 @@ impl MethodArgs {
 
     /// What is to be said of usable curves that, as they are written, meet what they stay out of.
     pub fn note_of_cuts(&self, curves: &CurveBatch, fit: &Fit) -> Result<Option<String>> {
-        let limits = self.limits.limits()?;
-        if curves.dimension() != 2 || limits.obstacles.is_empty() && limits.regions.is_empty() {
-            return Ok(None);
-        }
-        Ok(obstacles::cut(curves, fit, &limits).map(|(first, n)| {
-            let (n, meet) = (count(n, "curve"), if n == 1 { "meets" } else { "meet" });
+        let mut cut = self.limits.limits()?.cut(curves);
+        cut.retain(|&i| fit.reports()[i].status.is_usable());
+        Ok(cut.first().map(|&first| {
+            let (n, meet) = (count(cut.len(), "curve"), if cut.len() == 1 { "meets" } else { "meet" });
             let first = curves.label(first);
             format!("{n}, such as {first}, {meet} obstacles between samples: write more samples, or add --clearance")
         }))

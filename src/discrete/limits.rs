@@ -14,11 +14,14 @@ pub(super) use obstacle::way_round;
 pub use region::Region;
 pub(super) use region::RegionConstraint;
 
+use glam::DVec2;
+
 use super::energy::MOST_DIRECTIONS;
 use crate::batch::CurveBatch;
 use crate::constraint::Constraints;
 use crate::error::{Error, Result};
 use crate::linalg::scalar::{self, Vector};
+use crate::parallel;
 
 /// A pinned point may lie outside a region by this fraction of the largest coordinate, which is
 /// rounding.
@@ -130,6 +133,21 @@ impl Limits {
             }
         }
         self
+    }
+
+    /// The planar curves of which an edge meets an obstacle or cuts an excluded disc.
+    #[doc(hidden)]
+    pub fn cut(&self, curves: &CurveBatch) -> Vec<usize> {
+        let is_cut = |i: usize| {
+            let (name, points) = (curves.name(i), curves.points(i).as_chunks::<2>().0);
+            let own = self.obstacles.iter().filter(|obstacle| obstacle.is_for(&name));
+            let meets = |edge: [DVec2; 2]| own.clone().any(|obstacle| obstacle.meets(edge));
+            let cuts = |edge: [DVec2; 2]| self.regions.iter().any(|region| region.is_cut_by(edge));
+            points.windows(2).map(|pair| [pair[0], pair[1]].map(DVec2::from)).any(|edge| meets(edge) || cuts(edge))
+        };
+        let all = if curves.dimension() == 2 { curves.len() } else { 0 };
+        let cut = parallel::map(all, 1, is_cut);
+        (0..all).filter(|&i| cut[i]).collect()
     }
 
     /// Whether a batch has no limits.

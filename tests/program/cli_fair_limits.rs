@@ -321,7 +321,7 @@ fn obstacles_of_geojson_are_kept_out_and_drawn() {
     let picture = std::fs::read_to_string(folder.path().join("p.svg")).unwrap();
     assert!(picture.contains(">obstacles</text>"));
     run(&folder, "path in.csv -o drive.csv --min-radius 2 --spacing 1 --speed 5 --lateral 2 --accelerate 1 --brake 1 --report r.html --device cpu").code(0);
-    // Few samples cut corners, which is said.
+    // Few samples cut corners, and a note names them.
     let few = "path in.csv -o few.csv --min-radius 2 --obstacles ob.geojson --points 4 --device cpu";
     run(&folder, few).code(0).stderr(contains("2 curves, such as a, meet obstacles between samples"));
     let page = std::fs::read_to_string(folder.path().join("r.html")).unwrap();

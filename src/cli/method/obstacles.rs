@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::path::Path;
 
 use faircurve::discrete::{Limits, Obstacle, Region};
-use faircurve::{CurveBatch, Error, Fit, Result};
+use faircurve::{Error, Result};
 use serde_json::Value;
 
 /// The obstacles of a file.
@@ -87,44 +87,4 @@ pub fn polygons(limits: &Limits) -> Vec<Vec<[f64; 2]>> {
     };
     let obstacles = limits.obstacles.iter().map(|obstacle| obstacle.corners.clone());
     obstacles.chain(limits.regions.iter().filter_map(disc)).collect()
-}
-
-/// The first usable planar curve whose polyline, as it is written, meets one of these limits, and the number of such
-/// curves.
-pub fn cut(curves: &CurveBatch, fit: &Fit, limits: &Limits) -> Option<(usize, usize)> {
-    let meets = |i: usize| {
-        let name = curves.name(i);
-        let points = curves.points(i).as_chunks::<2>().0;
-        let own = |limits: &Limits| {
-            let obstacles =
-                limits.obstacles.iter().filter(|obstacle| obstacle.curve.as_ref().is_none_or(|own| *own == name));
-            Limits { obstacles: obstacles.cloned().collect(), regions: limits.regions.clone(), ..Limits::default() }
-        };
-        polygons(&own(limits)).iter().any(|corners| polyline_meets(points, corners))
-    };
-    let usable = |i: &usize| fit.reports()[*i].status.is_usable() && meets(*i);
-    let all: Vec<usize> = (0..fit.len()).filter(usable).collect();
-    all.first().map(|first| (*first, all.len()))
-}
-
-/// Whether a polyline meets a polygon's edges.
-fn polyline_meets(points: &[[f64; 2]], corners: &[[f64; 2]]) -> bool {
-    let range = |of: &[[f64; 2]], c: usize| {
-        of.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], p| [low.min(p[c]), high.max(p[c])])
-    };
-    let apart = |a: &[[f64; 2]], b: &[[f64; 2]]| {
-        (0..2).any(|c| {
-            let ([low, high], [from, to]) = (range(a, c), range(b, c));
-            high < from || to < low
-        })
-    };
-    let side = |a: [f64; 2], b: [f64; 2], p: [f64; 2]| (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
-    let meet = |[a, b]: [[f64; 2]; 2], [c, d]: [[f64; 2]; 2]| {
-        side(a, b, c) * side(a, b, d) <= 0.0 && side(c, d, a) * side(c, d, b) <= 0.0
-    };
-    let edge = |k: usize| [corners[k], corners[(k + 1) % corners.len()]];
-    !apart(points, corners)
-        && points
-            .windows(2)
-            .any(|pair| !apart(pair, corners) && (0..corners.len()).any(|k| meet([pair[0], pair[1]], edge(k))))
 }

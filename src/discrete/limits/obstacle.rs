@@ -54,21 +54,28 @@ impl Obstacle {
         (0..count).map(move |k| [k, (k + 1) % count].map(|k| DVec2::from(self.corners[k])))
     }
 
-    /// The polygon of what is within a distance of it. Sharp corners are cut off outside of that.
-    pub(super) fn grown(&self, distance: f64) -> Obstacle {
+    /// Its corners, without repeated ones.
+    fn turns(&self) -> Vec<Turn> {
         let edges: Vec<[DVec2; 2]> = self.edges().filter(|[a, b]| a != b).collect();
         let area: f64 = edges.iter().map(|[a, b]| a.perp_dot(*b)).sum();
-        let outward = |[a, b]: [DVec2; 2]| -area.signum() * (b - a).normalize().perp();
-        let mut corners = Vec::with_capacity(edges.len());
-        for (k, &[corner, next]) in edges.iter().enumerate() {
-            let before = edges[(k + edges.len() - 1) % edges.len()];
-            let [n, m] = [outward(before), outward([corner, next])];
+        let turn = |(k, &[corner, next]): (usize, &[DVec2; 2])| {
+            let [before, _] = edges[(k + edges.len() - 1) % edges.len()];
+            let sides = [corner - before, next - corner];
+            let outward = sides.map(|side| -area.signum() * side.normalize().perp());
+            Turn { corner, sides, outward, is_convex: sides[0].perp_dot(sides[1]) * area > 0.0 }
+        };
+        edges.iter().enumerate().map(turn).collect()
+    }
+
+    /// The polygon of what is within a distance of it. Sharp corners are cut off outside of that.
+    pub(super) fn grown(&self, distance: f64) -> Obstacle {
+        let mut corners = Vec::with_capacity(self.corners.len());
+        for Turn { corner, sides, outward: [n, m], is_convex } in self.turns() {
             let mitre = |n: DVec2, m: DVec2| (corner + distance * (n + m) / (1.0 + n.dot(m))).to_array();
-            let is_convex = (before[1] - before[0]).perp_dot(next - corner) * area > 0.0;
             if n.dot(m) > 0.0 || !is_convex && n.dot(m) > -0.9 {
                 corners.push(mitre(n, m));
             } else if is_convex {
-                let middle = (n + m).try_normalize().unwrap_or((before[1] - before[0]).normalize());
+                let middle = (n + m).try_normalize().unwrap_or(sides[0].normalize());
                 corners.extend([mitre(n, middle), mitre(middle, m)]);
             } else {
                 corners.push(corner.to_array());
@@ -77,25 +84,26 @@ impl Obstacle {
         Obstacle { corners, ..self.clone() }
     }
 
-    fn meets(&self, segment: [DVec2; 2]) -> bool {
+    pub(super) fn meets(&self, segment: [DVec2; 2]) -> bool {
         self.edges().any(|edge| meet(segment, edge))
     }
 
     /// Points next to its convex corners, outside by the clearance.
-    fn ways_round(&self) -> Vec<DVec2> {
-        let edges: Vec<[DVec2; 2]> = self.edges().filter(|[a, b]| a != b).collect();
-        let area: f64 = edges.iter().map(|[a, b]| a.perp_dot(*b)).sum();
-        let mut points = Vec::new();
-        for (k, &[corner, next]) in edges.iter().enumerate() {
-            let [before, _] = edges[(k + edges.len() - 1) % edges.len()];
-            let [arriving, leaving] = [corner - before, next - corner];
-            if arriving.perp_dot(leaving) * area > 0.0 {
-                let outward = (arriving.normalize() - leaving.normalize()).normalize_or_zero();
-                points.push(corner + CLEARANCE * arriving.length().min(leaving.length()) * outward);
-            }
-        }
-        points
+    fn ways_round(&self) -> impl Iterator<Item = DVec2> {
+        self.turns().into_iter().filter(|turn| turn.is_convex).map(|Turn { corner, sides, outward: [n, m], .. }| {
+            corner + CLEARANCE * sides[0].length().min(sides[1].length()) * (n + m).normalize_or_zero()
+        })
     }
+}
+
+/// A corner between two sides of a polygon.
+struct Turn {
+    corner: DVec2,
+    /// The sides that lead to it and on.
+    sides: [DVec2; 2],
+    /// Unit vectors orthogonal to them.
+    outward: [DVec2; 2],
+    is_convex: bool,
 }
 
 /// The corners of the shortest way from a point to another around the obstacles, empty where the straight

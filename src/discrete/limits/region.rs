@@ -1,5 +1,7 @@
 //! [`Region`]: a region that curves stay within or out of.
 
+use glam::DVec2;
+
 use crate::discrete::energy::RegionPenalty;
 use crate::error::{Error, Result};
 use crate::linalg::scalar::{Vector, dot, scale, subtract};
@@ -75,6 +77,14 @@ impl Region {
             Region::Inside { center, radius } => distance(point, first(center)) - radius,
             Region::Outside { center, radius } => radius - distance(point, first(center)),
         }
+    }
+
+    /// Whether it is a disc to stay out of that an edge cuts, by more than rounding.
+    pub(super) fn is_cut_by(&self, [a, b]: [DVec2; 2]) -> bool {
+        let Region::Outside { center: [x, y, _], radius } = *self else { return false };
+        let (way, center) = (b - a, DVec2::new(x, y));
+        let part = ((center - a).dot(way) / way.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        center.distance(a + part * way) < radius * (1.0 - 1e-9)
     }
 
     /// The region as a constraint on a curve of size 1, relative to the point `from`.
