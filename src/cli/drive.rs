@@ -10,7 +10,8 @@ pub struct DriveArgs {
     /// The fastest drive along each path, no faster than V: times t, and columns v, a_long and a_lat
     ///
     /// In units of the input by a unit of time. Open paths begin and end at rest. Points whose entry in a
-    /// column stop (--carry stop) is not 0 or blank are stops.
+    /// column stop (--carry stop) is not 0 or blank are stops. A column max_speed, carried as well, is the largest
+    /// speed of spans.
     #[arg(long, value_name = "V", requires_all = ["lateral", "accelerate", "brake"], conflicts_with_all = ["every", "at", "write"], allow_negative_numbers = true)]
     speed: Option<f64>,
     /// The largest acceleration across the path, v² times its curvature
@@ -22,12 +23,15 @@ pub struct DriveArgs {
     /// The largest deceleration along the path
     #[arg(long, value_name = "A", requires = "speed", allow_negative_numbers = true)]
     brake: Option<f64>,
+    /// The largest change of the acceleration along the path in a unit of time
+    #[arg(long, value_name = "J", requires = "speed", allow_negative_numbers = true)]
+    jerk: Option<f64>,
 }
 
 impl DriveArgs {
     /// The vehicle, if a drive is asked for.
     pub fn vehicle(&self) -> Option<Vehicle> {
-        let DriveArgs { speed, lateral, accelerate, brake } = *self;
-        Some(Vehicle { speed: speed?, lateral: lateral?, accelerate: accelerate?, brake: brake? })
+        let DriveArgs { speed, lateral, accelerate, brake, jerk } = *self;
+        Some(Vehicle { speed: speed?, lateral: lateral?, accelerate: accelerate?, brake: brake?, jerk })
     }
 }

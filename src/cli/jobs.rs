@@ -104,6 +104,7 @@ const JOBS: [Job; 5] = [
             "keep_out",
             "obstacles",
             "limits",
+            "max_curvature_rate",
             "clearance",
             "tolerance",
             "spacing",

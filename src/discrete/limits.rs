@@ -43,7 +43,18 @@ pub struct Limits {
     /// [`Constraints::largest_curvatures`](crate::Constraints::largest_curvatures) bounds single
     /// spans. The smaller bound applies.
     pub curvature: Option<f64>,
-    /// Whether curves turn and twist only to the sides to which the polygon of their points does.
+    /// The largest rate of change of the curvature, |κ′| along the curve, in 1/length². `None`, the
+    /// default, sets no bound.
+    ///
+    /// A vehicle at speed v turns its wheels at a rate of κ′v. At every edge between two interior
+    /// vertices |(I − T Tᵀ)(K′ − K)|/Δs is at most this, for the curvature vectors K and K′ at its ends
+    /// and its unit tangent T.
+    pub curvature_rate: Option<f64>,
+    /// The largest slope of spatial curves, |dz| by the length in the xy-plane. `None`, the default,
+    /// sets no bound.
+    ///
+    /// Every edge keeps it: |T_z| ≤ g/√(1 + g²) for a slope g.
+    pub climb: Option<f64>,
     /// Whether the curvature, or the torsion in space, keeps the sign that the data polygon has.
     ///
     /// In the plane, the sign of the curvature at a data point is the sign of the polygon's turn
@@ -184,7 +195,8 @@ impl Limits {
 
     /// Whether there are no limits other than those on the curvature and on the total length.
     pub(super) fn bounds_curvature_alone(&self, batch: &CurveBatch) -> bool {
-        !self.shape && !self.area && self.monotone.is_empty() && !self.keeps_apart() && !self.has_places(batch)
+        let Limits { curvature_rate: None, climb: None, shape: false, area: false, .. } = self else { return false };
+        self.monotone.is_empty() && !self.keeps_apart() && !self.has_places(batch)
     }
 
     /// The spans of curve `i` that have edges, each with its largest curvature, infinite without a
@@ -211,6 +223,17 @@ impl Limits {
             return refuse(format!(
                 "the largest curvature is {curvature}; it must be positive and finite, in 1/length: a radius R has 1/R"
             ));
+        }
+        if let Some(rate) = self.curvature_rate.filter(|rate| !is_length(rate)) {
+            return refuse(format!(
+                "the largest rate of the curvature is {rate}; it must be positive and finite, in 1/length²"
+            ));
+        }
+        if let Some(climb) = self.climb.filter(|climb| !is_length(climb)) {
+            return refuse(format!("the largest slope is {climb}; it must be positive and finite, such as 0.1"));
+        }
+        if self.climb.is_some() && dimension == 2 {
+            return refuse("planar curves have no slope: give points a third coordinate, or leave it out".into());
         }
         if let Some(width) = self.corridor.filter(|width| !is_length(width)) {
             return refuse(format!(

@@ -134,8 +134,9 @@ fn words<const D: usize>(
                 limits: &fair.limits,
                 dimension: D,
                 in_surface: fair.surface.is_some(),
-                curvature: worst.quantity / ready.size,
-                bound: 1.0 / (limits.slopes[kind][worst.row] * ready.size),
+                quantity: worst.quantity,
+                slope: limits.slopes[kind][worst.row],
+                size: ready.size,
                 is_least: ending == Ending::GivenUp,
             });
             (what, remedy)

@@ -55,12 +55,13 @@ pub fn compose(path: &str, precision: Precision, definitions: &Definitions) -> S
 /// A text while it is composed.
 struct Composed {
     text: String,
-    /// Files that `once` has included.
+    /// The files that are included already.
     once: BTreeSet<String>,
 }
 
 impl Composed {
     fn include(&mut self, path: &str, definitions: &Definitions) {
+        self.once.insert(path.to_string());
         let source = file(path).unwrap_or_else(|| panic!("no shader file {path}"));
         self.expand(&source.lines().collect::<Vec<_>>(), definitions);
     }
@@ -86,7 +87,7 @@ impl Composed {
                 continue;
             }
             if let ["once", "include", path] = words[..] {
-                if self.once.insert(path.to_string()) {
+                if !self.once.contains(path) {
                     self.include(path, definitions);
                 }
                 continue;

@@ -1,5 +1,6 @@
 //! [`drive`]: the fastest drive along curves within limits of speed and acceleration.
 
+use super::jerk::Profile;
 use super::{Quantity, carried};
 use crate::batch::{Column, CurveBatch, Values};
 use crate::curve::{Curve, Sampling};
@@ -21,17 +22,20 @@ pub struct Vehicle {
     pub accelerate: f64,
     /// The largest deceleration along the curve.
     pub brake: f64,
+    /// The largest rate of change of the acceleration along the curve. `None` sets no bound.
+    pub jerk: Option<f64>,
 }
 
 impl Vehicle {
     /// Checks that all limits are positive numbers.
     pub(crate) fn check(&self) -> Result<()> {
-        let Vehicle { speed, lateral, accelerate, brake } = *self;
+        let Vehicle { speed, lateral, accelerate, brake, jerk } = *self;
         let limits = [
             ("speed", speed),
             ("acceleration across", lateral),
             ("acceleration along", accelerate),
             ("deceleration", brake),
+            ("jerk", jerk.unwrap_or(1.0)),
         ];
         match limits.into_iter().find(|(_, value)| !(*value > 0.0 && value.is_finite())) {
             Some((what, value)) => {
@@ -47,23 +51,29 @@ impl Vehicle {
 /// Columns follow: `v`, the speed; `a_long`, the acceleration from each sample to the next, and at the
 /// last one that before; `a_lat`, v² times the curvature, positive to the left in the plane. The drive
 /// begins at time 0. Open curves begin and end at rest, closed ones go on. Data points whose entry in the
-/// column `stop` is not 0 or blank are stops.
+/// column `stop` is not 0 or blank are stops. Where the column `max_speed` of a data point is a number, the
+/// span from it to the next one is driven no faster.
 ///
-/// The profile is piecewise of constant acceleration, between samples in 8 parts: a forward and a backward
-/// pass over the largest v² that the curvature at their ends allows. Of all such profiles it is the
-/// fastest. On a globe lengths are those on the ground.
+/// The profile is piecewise of constant acceleration, in 8 parts between samples and stops: a forward and a
+/// backward pass over the largest v² that the curvature at their ends allows. Of all such profiles it is the
+/// fastest. With a limit of jerk the acceleration changes from part to part by at most the jerk times the time
+/// between their middles, and from 0 next to rests. The time is then a local minimum, to 1e-7 of it. On a
+/// globe lengths are those on the ground.
 ///
 /// # Errors
-/// - A limit that is not positive and finite.
+/// - A limit that is not positive and finite. A `max_speed` that is 0 or less, or no number.
 /// - The errors of [`Sampling::check`].
 pub fn drive(batch: &CurveBatch, fit: &Fit, sampling: Sampling, vehicle: &Vehicle) -> Result<CurveBatch> {
     vehicle.check()?;
     sampling.check_with(batch, COLUMNS.len())?;
-    let stops = batch.columns().iter().find(|column| column.name == "stop");
+    let column = |name: &str| batch.columns().iter().find(|column| column.name == name);
+    let (stops, speeds) = (column("stop"), column("max_speed").map(|column| speeds(batch, column)).transpose()?);
     let drives = parallel::map(batch.len(), 1, |i| {
         let curve = fit.curve(i);
-        let stops = (0..batch.count(i)).filter(|k| stops.is_some_and(|stops| is_stop(stops, batch.offsets()[i] + k)));
-        Drive::new(&*curve, sampling, batch.is_geographic(), &stops.collect::<Vec<_>>(), vehicle)
+        let own = batch.offsets()[i]..batch.offsets()[i + 1];
+        let stops = (0..own.len()).filter(|k| stops.is_some_and(|stops| is_stop(stops, own.start + k)));
+        let speeds = speeds.as_ref().map_or(&[][..], |speeds| &speeds[own.clone()]);
+        Drive::new(&*curve, sampling, batch.is_geographic(), &stops.collect::<Vec<_>>(), speeds, vehicle)
     });
     let dimension = if fit.is_empty() { batch.dimension() } else { fit.curve(0).dimension() };
     let (mut points, mut columns, mut ends) = (Vec::new(), vec![Vec::new(); COLUMNS.len()], Vec::new());
@@ -97,6 +107,24 @@ fn is_stop(column: &Column, point: usize) -> bool {
     }
 }
 
+/// The largest speed of every point's span, infinite without one.
+fn speeds(batch: &CurveBatch, column: &Column) -> Result<Vec<f64>> {
+    let number = |k: usize| match &column.values {
+        Values::Texts(texts) if texts[k].trim().is_empty() => Some(f64::INFINITY),
+        Values::Texts(texts) => texts[k].trim().parse().ok(),
+        values => values.numbers().map(|numbers| if numbers[k].is_nan() { f64::INFINITY } else { numbers[k] }),
+    };
+    let speed = |k: usize| match number(k).filter(|speed| *speed > 0.0) {
+        Some(speed) => Ok(speed),
+        None => {
+            let i = batch.offsets().partition_point(|&first| first <= k) - 1;
+            let what = "its max_speed is no positive number: mend it, or leave it empty";
+            Err(Error::argument(batch.sentence(i, k - batch.offsets()[i], what)))
+        }
+    };
+    (0..batch.total_points()).map(speed).collect()
+}
+
 /// The drive along one curve.
 struct Drive {
     sites: Vec<(usize, f64)>,
@@ -107,7 +135,14 @@ struct Drive {
 }
 
 impl Drive {
-    fn new(curve: &dyn Curve, sampling: Sampling, geographic: bool, stops: &[usize], vehicle: &Vehicle) -> Self {
+    fn new(
+        curve: &dyn Curve,
+        sampling: Sampling,
+        geographic: bool,
+        stops: &[usize],
+        speeds: &[f64],
+        vehicle: &Vehicle,
+    ) -> Self {
         let sites = curve.sites(sampling);
         let point = |&(span, u): &(usize, f64)| curve.jet(span, u).point.to_array().into_iter().take(curve.dimension());
         let coords = sites.iter().flat_map(point).collect();
@@ -116,30 +151,41 @@ impl Drive {
             let t = (0..n).map(|k| k as f64).collect();
             return Drive { sites, coords, t, end: n as f64, columns: std::array::from_fn(|_| vec![f64::NAN; n]) };
         }
-        // Sites in order: samples, parts between them, and stops.
+        // Sites in order: samples and stops, and parts between them.
         let end = (curve.spans() - 1, 1.0);
-        let (mut fine, mut samples) = (Vec::with_capacity(PARTS * (n + 1)), Vec::with_capacity(n));
-        for (k, &from) in sites.iter().enumerate() {
-            samples.push(fine.len());
-            fine.push(from);
-            let Some(&to) = sites.get(k + 1).or(curve.is_closed().then_some(&end)) else { break };
-            let [a, b] = [from, to].map(|(span, u)| span as f64 + u);
-            let parts = (1..PARTS).map(|part| a + (b - a) * part as f64 / PARTS as f64);
-            let stops = stops.iter().map(|&stop| stop as f64).filter(|stop| a < *stop && *stop < b);
-            let mut places: Vec<f64> = parts.chain(stops).collect();
-            places.sort_unstable_by(f64::total_cmp);
-            fine.extend(places.into_iter().map(|place| (place as usize, place.fract())));
-        }
-        if curve.is_closed() {
-            fine.push(end);
-        }
+        let place = |&(span, u): &(usize, f64)| span as f64 + u;
+        let mut marks: Vec<f64> = sites.iter().chain(curve.is_closed().then_some(&end)).map(place).collect();
+        let [first, last] = [marks[0], marks[marks.len() - 1]];
+        marks.extend(stops.iter().map(|&stop| stop as f64).filter(|stop| first < *stop && *stop < last));
+        marks.sort_unstable_by(f64::total_cmp);
+        marks.dedup();
+        let site = |place: f64| if place < end.0 as f64 + 1.0 { (place as usize, place.fract()) } else { end };
+        let parts = |pair: &[f64]| -> [f64; PARTS] {
+            std::array::from_fn(|part| pair[0] + (pair[1] - pair[0]) * part as f64 / PARTS as f64)
+        };
+        let places: Vec<f64> = marks.windows(2).flat_map(parts).chain([last]).collect();
+        let samples: Vec<usize> = sites.iter().map(|site| places.partition_point(|own| *own < place(site))).collect();
+        let fine: Vec<(usize, f64)> = places.into_iter().map(site).collect();
         let rests = |&(span, u): &(usize, f64)| {
             let is_end = !curve.is_closed() && ((span, u) == (0, 0.0) || (span, u) == end);
             is_end || u == 0.0 && stops.contains(&span) || u == 1.0 && stops.contains(&(span + 1))
         };
         let lengths = Quantity::Arclength.of(curve, &fine, None, geographic).remove(0);
         let curvatures = Quantity::Curvature.of(curve, &fine, None, geographic).remove(0);
-        let squares = squares(&lengths, &curvatures, |k| rests(&fine[k]), curve.is_closed(), vehicle);
+        let most = |k: usize| {
+            let across = vehicle.lateral / curvatures[k].abs();
+            if rests(&fine[k]) || across.is_nan() {
+                return 0.0;
+            }
+            // At a point the speeds of both spans hold.
+            let (span, u) = fine[k];
+            let before = if u > 0.0 { span } else { span.checked_sub(1).unwrap_or(end.0) };
+            let speed =
+                [before, span].iter().filter_map(|span| speeds.get(*span)).fold(vehicle.speed, |a, b| a.min(*b));
+            across.min(speed * speed)
+        };
+        let most: Vec<f64> = (0..fine.len()).map(most).collect();
+        let squares = squares(&lengths, most, curve.is_closed(), vehicle);
         // Between two sites the acceleration is constant.
         let mut times = vec![0.0];
         for k in 1..fine.len() {
@@ -163,20 +209,10 @@ fn lateral(square: f64, curvature: f64) -> f64 {
     if square == 0.0 { 0.0 } else { square * curvature }
 }
 
-/// v² at every site: the largest that all limits allow.
-fn squares(
-    lengths: &[f64],
-    curvatures: &[f64],
-    rests: impl Fn(usize) -> bool,
-    closed: bool,
-    vehicle: &Vehicle,
-) -> Vec<f64> {
+/// v² at every site: the largest that all limits allow, no more than `most`.
+fn squares(lengths: &[f64], most: Vec<f64>, closed: bool, vehicle: &Vehicle) -> Vec<f64> {
     let n = lengths.len();
-    let most = |k: usize| {
-        let across = vehicle.lateral / curvatures[k].abs();
-        if rests(k) || across.is_nan() { 0.0 } else { across.min(vehicle.speed * vehicle.speed) }
-    };
-    let mut squares: Vec<f64> = (0..n).map(most).collect();
+    let mut squares = most.clone();
     // A closed curve's last site is its first: later rounds know what comes before and after.
     for _ in 0..if closed { 3 } else { 1 } {
         if closed {
@@ -192,7 +228,28 @@ fn squares(
             squares[k - 1] = squares[k - 1].min(stopped);
         }
     }
-    squares
+    let Some(jerk) = vehicle.jerk else { return squares };
+    // Sites at one place are one, and a closed curve's last site is its first.
+    let least = f64::EPSILON * lengths[n - 1];
+    let mut own = vec![0; n];
+    let (mut steps, mut slowest) = (Vec::new(), vec![most[0]]);
+    for k in 1..n {
+        let step = lengths[k] - lengths[k - 1];
+        if step > least {
+            steps.push(step);
+            slowest.push(f64::INFINITY);
+        }
+        own[k] = steps.len();
+        slowest[own[k]] = slowest[own[k]].min(most[k]);
+    }
+    if closed && let Some(last) = slowest.pop_if(|_| !steps.is_empty()) {
+        slowest[0] = slowest[0].min(last);
+    }
+    let count = slowest.len();
+    let mut start = vec![f64::INFINITY; count];
+    own.iter().zip(&squares).for_each(|(at, square)| start[at % count] = square.min(start[at % count]));
+    let fastest = Profile { steps: &steps, most: &slowest, vehicle, jerk }.fastest(&start);
+    own.iter().map(|at| fastest[at % count]).collect()
 }
 
 #[cfg(test)]
@@ -201,7 +258,7 @@ mod tests {
     use crate::Device;
     use crate::spline::Natural;
 
-    const VEHICLE: Vehicle = Vehicle { speed: 10.0, lateral: 3.0, accelerate: 2.0, brake: 4.0 };
+    const VEHICLE: Vehicle = Vehicle { speed: 10.0, lateral: 3.0, accelerate: 2.0, brake: 4.0, jerk: None };
 
     fn driven(points: &[[f64; 2]], closed: bool, stop: Option<&[&str]>, vehicle: &Vehicle, n: usize) -> CurveBatch {
         let mut batch = CurveBatch::from_slices(&[points]).unwrap().closed(closed);

@@ -28,6 +28,7 @@ mod clean;
 mod drive;
 mod easing;
 mod gaps;
+mod jerk;
 mod outliers;
 mod quantities;
 mod sample;

@@ -56,6 +56,12 @@ pub struct LimitArgs {
     /// Keeps the turning radius of fair curves at R or more
     #[arg(long, value_name = "R", conflicts_with = "max_curvature", allow_negative_numbers = true)]
     min_radius: Option<Length>,
+    /// Keeps the rate of change of the curvature of fair curves at R or less, in 1/length²: how fast wheels turn
+    #[arg(long, value_name = "R", allow_negative_numbers = true)]
+    max_curvature_rate: Option<f64>,
+    /// Keeps the slope of fair curves in space, dz by the length in x and y, at G or less
+    #[arg(long, value_name = "G", allow_negative_numbers = true)]
+    max_climb: Option<f64>,
     /// Lets curves turn only to the side to which their points turn; in space, twist
     ///
     /// For --method fair, natural and scf. In space the sign of torsion is kept, by fair curves
@@ -158,6 +164,8 @@ impl LimitArgs {
         let before = [
             self.max_curvature.map(|curvature| format!("curvature ≤ {curvature}")),
             self.min_radius.map(|radius| format!("radius ≥ {radius}")),
+            self.max_curvature_rate.map(|rate| format!("curvature rate ≤ {rate}")),
+            self.max_climb.map(|climb| format!("slope ≤ {climb}")),
             self.preserve_shape.then(|| "shape kept".into()),
         ];
         let after = [
@@ -187,6 +195,8 @@ impl LimitArgs {
         for (option, value, unit) in [
             ("--max-curvature", self.max_curvature, "1/length"),
             ("--min-radius", self.min_radius.map(Length::number), "length"),
+            ("--max-curvature-rate", self.max_curvature_rate, "1/length²"),
+            ("--max-climb", self.max_climb, "length by length"),
             ("--corridor", self.corridor(), "length"),
             ("--clearance", self.clearance.map(Length::number), "length"),
         ] {
@@ -197,6 +207,8 @@ impl LimitArgs {
         let along = |axis: Axis| std::array::from_fn(|c| f64::from(u8::from(c == axis as usize)));
         let mut limits = Limits {
             curvature,
+            curvature_rate: self.max_curvature_rate,
+            climb: self.max_climb,
             shape: self.preserve_shape,
             corridor: self.corridor(),
             stretch: self.max_stretch,

@@ -127,6 +127,8 @@ energies! {
     curvature_sign::CurvatureSign,
     monotone::Monotone,
     torsion_sign::TorsionSign,
+    max_curvature_rate::MaxCurvatureRate,
+    climb::Climb,
     #[cfg(test)]
     toy_limit::ToyLimit,
 }

@@ -33,9 +33,9 @@ pub(crate) struct Penalty<S> {
 /// The largest number of directions of [`Limits::monotone`](crate::discrete::Limits::monotone).
 pub(crate) const MOST_DIRECTIONS: usize = 3;
 
-/// The kind of the first direction's penalties. Kinds 0, 1 and 2 limit |K|, the signed curvature
-/// and the torsion.
-pub(crate) const FIRST_DIRECTION: usize = 3;
+/// The kind of the first direction's penalties. The kinds before limit |K|, the signed curvature, the
+/// torsion, |κ′| and the slope.
+pub(crate) const FIRST_DIRECTION: usize = 5;
 
 /// The number of kinds of penalties. Tests have one more.
 pub(crate) const LIMIT_KINDS: usize = FIRST_DIRECTION + MOST_DIRECTIONS + cfg!(test) as usize;

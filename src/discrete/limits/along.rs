@@ -159,16 +159,24 @@ impl<const D: usize> Polygon<'_, D> {
         slopes
     }
 
-    /// −σ at the end of every edge, with σ = 1 if the chord of its span goes along the direction,
-    /// and −1 if it goes against it.
-    pub(super) fn progress(&self, direction: [f64; 3]) -> Vec<f64> {
+    /// β at the end of every edge, from the chord of its span.
+    pub(super) fn of_edges(&self, slope: impl Fn(Vector<f64, D>) -> f64) -> Vec<f64> {
         let mut slopes = vec![0.0; self.vertices];
         for span in self.spans {
-            let chord = self.chord(span);
-            let sign = sign_along(chord, direction);
+            let own = slope(self.chord(span));
             for row in span.rows[0] + 1..=span.rows[1] {
-                slopes[row % self.vertices] = -sign;
+                slopes[row % self.vertices] = own;
             }
+        }
+        slopes
+    }
+
+    /// β at the start of every edge between two others.
+    pub(super) fn between_edges(&self, slope: f64) -> Vec<f64> {
+        let mut slopes = vec![slope; self.vertices];
+        if !self.closed {
+            slopes[0] = 0.0;
+            slopes[self.vertices.saturating_sub(2)..].fill(0.0);
         }
         slopes
     }
@@ -209,7 +217,7 @@ impl<const D: usize> Polygon<'_, D> {
 }
 
 /// 1 for a chord along a direction, −1 for one against it, 0 for one perpendicular to it.
-fn sign_along<const D: usize>(chord: Vector<f64, D>, direction: [f64; 3]) -> f64 {
+pub(super) fn sign_along<const D: usize>(chord: Vector<f64, D>, direction: [f64; 3]) -> f64 {
     let along: f64 = chord.iter().zip(direction).map(|(x, n)| x * n).sum();
     if along.abs() < STRAIGHT * length(chord) * dot(direction, direction).sqrt() { 0.0 } else { along.signum() }
 }

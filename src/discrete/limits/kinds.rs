@@ -1,6 +1,6 @@
 //! [`LimitKind`]: the table of limits on quantities along a curve.
 
-use super::along::Polygon;
+use super::along::{Polygon, sign_along};
 use super::{Limits, of_spans};
 use crate::batch::CurveBatch;
 use crate::discrete::energy::{Functional, LIMIT_KINDS, Monotone};
@@ -28,10 +28,10 @@ pub(in crate::discrete) struct Broken<'a> {
     pub limits: &'a Limits,
     pub dimension: usize,
     pub in_surface: bool,
-    /// q, if it is a curvature.
-    pub curvature: f64,
-    /// 1/β, if q is a curvature.
-    pub bound: f64,
+    /// q and β, at size 1.
+    pub quantity: f64,
+    pub slope: f64,
+    pub size: f64,
     /// Whether q is the smallest feasible value that was found.
     pub is_least: bool,
 }
@@ -42,6 +42,8 @@ impl<const D: usize> LimitKind<D> {
         Self::MAX_CURVATURE,
         Self::CURVATURE_SIGN,
         Self::TORSION_SIGN,
+        Self::MAX_CURVATURE_RATE,
+        Self::CLIMB,
         Self::monotone::<0>(),
         Self::monotone::<1>(),
         Self::monotone::<2>(),
@@ -63,12 +65,13 @@ impl<const D: usize> LimitKind<D> {
             bounds.map(|bounds| polygon.by_bounds(&bounds)).unwrap_or_default()
         },
         words: |broken| {
+            let [own, bound] = [broken.quantity, 1.0 / broken.slope].map(|curvature| curvature / broken.size);
             let larger = match broken.is_least {
-                true => format!("a curvature of {}", seven_digits(broken.curvature * (1.0 + 1e-6))),
+                true => format!("a curvature of {}", seven_digits(own * (1.0 + 1e-6))),
                 false => "a larger curvature".into(),
             };
             let what = if broken.in_surface { "geodesic curvature" } else { "curvature" };
-            let [curvature, bound] = [broken.curvature, broken.bound].map(seven_digits);
+            let [curvature, bound] = [own, bound].map(seven_digits);
             [format!("its {what} is {curvature} from here to the next point, where {bound} is the largest"), larger]
         },
     };
@@ -80,7 +83,7 @@ impl<const D: usize> LimitKind<D> {
         is_asked: |limits, _| limits.shape && D == 2,
         slopes: |polygon, _, _, _| polygon.sides(),
         words: |broken| {
-            let curvature = broken.curvature.abs();
+            let curvature = broken.quantity.abs() / broken.size;
             let what = "it turns to the other side than its points from here to the next point, with a curvature of";
             [format!("{what} {curvature:.3e}"), "it to".into()]
         },
@@ -97,6 +100,43 @@ impl<const D: usize> LimitKind<D> {
         },
     };
 
+    const MAX_CURVATURE_RATE: Self = LimitKind {
+        functional: |_, _| Functional::MaxCurvatureRate(Default::default()),
+        offset: 1.0,
+        steepness: 5,
+        is_asked: |limits, _| limits.curvature_rate.is_some(),
+        slopes: |polygon, limits, _, _| {
+            let bound = limits.curvature_rate.unwrap_or_default() * polygon.size * polygon.size;
+            polygon.between_edges(1.0 / bound)
+        },
+        words: |broken| {
+            let [rate, bound] = [broken.quantity, 1.0 / broken.slope].map(|rate| rate / (broken.size * broken.size));
+            let larger = match broken.is_least {
+                true => format!("a rate of {}", seven_digits(rate * (1.0 + 1e-6))),
+                false => "a larger rate".into(),
+            };
+            let [rate, bound] = [rate, bound].map(seven_digits);
+            [format!("its curvature changes by {rate} a unit of length here, where {bound} is the most"), larger]
+        },
+    };
+
+    const CLIMB: Self = LimitKind {
+        functional: |_, _| Functional::Climb(Default::default()),
+        offset: 1.0,
+        steepness: 1,
+        is_asked: |limits, _| limits.climb.is_some(),
+        slopes: |polygon, limits, _, _| {
+            let climb = limits.climb.unwrap_or_default();
+            polygon.of_edges(|_| climb.hypot(1.0) / climb)
+        },
+        words: |broken| {
+            let slope = |sine: f64| sine / (1.0 - sine * sine).sqrt();
+            let [own, bound] = [broken.quantity, 1.0 / broken.slope].map(slope).map(seven_digits);
+            let steeper = if broken.is_least { format!("a slope of {own}") } else { "a steeper slope".into() };
+            [format!("its slope is {own} between this point and the next, where {bound} is the largest"), steeper]
+        },
+    };
+
     /// Progress along direction `K`.
     const fn monotone<const K: usize>() -> Self {
         LimitKind {
@@ -104,7 +144,7 @@ impl<const D: usize> LimitKind<D> {
             offset: 0.0,
             steepness: 1,
             is_asked: |limits, _| limits.monotone.len() > K,
-            slopes: |polygon, limits, _, _| polygon.progress(limits.monotone[K]),
+            slopes: |polygon, limits, _, _| polygon.of_edges(|chord| -sign_along(chord, limits.monotone[K])),
             words: |broken| {
                 let coordinates = broken.limits.monotone[K].map(|x| x.to_string());
                 let direction = coordinates[..broken.dimension].join(", ");
