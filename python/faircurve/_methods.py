@@ -211,6 +211,10 @@ class Fair:
         The largest curvature, in 1/length: 1 over the smallest turning radius. A curve for which none is found that keeps its
         limits is ``infeasible``. ``report()`` has the violation, the vertices held, the cost in energy and the stretch. With
         ``energy={"length": 1}`` alone planar curves are the shortest ones of that curvature: Dubins' paths.
+    max_curvature_rate : float, optional
+        The largest change of the curvature in a unit of length (1/length²), for wheels that turn at a finite speed.
+    max_climb : float, optional
+        The largest slope of spatial curves: the change of z by the length in x and y.
     preserve_shape : bool
         Whether planar curves turn only to the side to which their points turn. Spatial curves twist only to that side; the
         energy must hold variation or torsion.
@@ -268,6 +272,8 @@ class Fair:
     pins: Literal["all", "ends", "none"] | None = None
     deviation: float | str | None = None
     max_curvature: float | None = None
+    max_curvature_rate: float | None = None
+    max_climb: float | None = None
     preserve_shape: bool = False
     monotone: Any = None
     corridor: float | None = None
@@ -321,7 +327,7 @@ class Fair:
             "obstacles": [ring for polygon in ([] if self.obstacles is None else self.obstacles) for ring in _rings(polygon)],
             "clearance": self.clearance,
         }
-        bounds = {"max_curvature": self.max_curvature, "corridor": self.corridor, "max_stretch": self.max_stretch}
+        bounds = {name: getattr(self, name) for name in ("max_curvature", "max_curvature_rate", "max_climb", "corridor", "max_stretch")}
         return {**bounds, **regions, "preserve_shape": self.preserve_shape, "monotone": monotone, "preserve_area": self.preserve_area, "no_crossing": self.no_crossing}
 
 

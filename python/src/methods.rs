@@ -218,6 +218,8 @@ fn energy(terms: Vec<(String, f64, Detail)>) -> PyResult<Energy> {
 #[pyo3(from_item_all)]
 pub struct Limited {
     max_curvature: Option<f64>,
+    max_curvature_rate: Option<f64>,
+    max_climb: Option<f64>,
     preserve_shape: bool,
     monotone: Vec<[f64; 3]>,
     corridor: Option<f64>,
@@ -239,6 +241,8 @@ impl Limited {
         let obstacle = |(k, corners): (usize, Vec<[f64; 2]>)| Obstacle { corners, name: k.to_string(), curve: None };
         let limits = Limits {
             curvature: self.max_curvature,
+            curvature_rate: self.max_curvature_rate,
+            climb: self.max_climb,
             shape: self.preserve_shape,
             monotone: self.monotone,
             corridor: self.corridor,

@@ -248,6 +248,14 @@ def test_fair_curves_keep_corridors_regions_directions_and_lengths():
     assert abs(kept(half_planes=(0, 1, 0.95)).report()["energy"][0] / 12.85059387 - 1) < 1e-6
     around = kept(keep_out=[(1.5, 0.2, 0.3), (9, 9, 1)], keep_in=[(2, 0, 3)])
     assert np.linalg.norm(around.sample(per_span=16)[0] - (1.5, 0.2), axis=1).min() >= 0.3
+    turning = kept(max_curvature_rate=2.3).sample(per_span=16)[0]
+    edges = np.diff(turning, axis=0)
+    lengths = np.linalg.norm(edges, axis=1)
+    sines = (edges[:-1, 0] * edges[1:, 1] - edges[:-1, 1] * edges[1:, 0]) / (lengths[:-1] * lengths[1:])
+    curvature = 2 * sines / (lengths[:-1] + lengths[1:])
+    assert 2.29 < np.abs(np.diff(curvature) / lengths[1:-1]).max() <= 2.3
+    with pytest.raises(ValueError, match="planar curves have no slope"):
+        fc.Fair(max_climb=0.1).fit([points])
     assert kept(max_stretch=1.1).report()["stretch"][0] <= 1.1
     ring = [(0, 0), (2, 0), (2, 1), (0, 1)]
     island = fc.Fair(deviation=0.2, preserve_area=True).fit([ring], closed=True).sample(per_span=16)[0]

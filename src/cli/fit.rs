@@ -116,7 +116,9 @@ pub fn run(args: &FitArgs) -> Result<bool> {
         Some(Deviation::Units(tolerance)) => Some(Flatness::Within(tolerance)),
         _ => by_default.flatness,
     };
-    let (carried, selected) = (args.tracks.carried()?, args.selected.clone());
+    let carried = args.tracks.carried()?;
+    let carried = if args.drive.vehicle().is_some() { carried.with_optional(&tracks::ALONG_DRIVES) } else { carried };
+    let selected = args.selected.clone();
     let paths_only = args.map.only_paths();
     let options = ReadOptions { carried, flatness, paths_only, selected, ..by_default };
     let batch = io::read_with(&input.input, &options)?;

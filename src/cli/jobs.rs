@@ -104,7 +104,6 @@ const JOBS: [Job; 5] = [
             "keep_out",
             "obstacles",
             "limits",
-            "max_curvature_rate",
             "clearance",
             "tolerance",
             "spacing",

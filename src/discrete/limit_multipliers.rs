@@ -214,6 +214,11 @@ impl<const D: usize> Problem<D> {
 
     /// The most violated limit of the base. `None` without limits.
     pub(super) fn worst(&self, limits: &CurveLimits<D>) -> Option<Worst> {
+        self.worst_of_each(limits).into_iter().max_by(|a, b| a.excess.total_cmp(&b.excess))
+    }
+
+    /// The vertex of the base that violates each limit most.
+    pub(super) fn worst_of_each(&self, limits: &CurveLimits<D>) -> Vec<Worst> {
         let of_kind = |(kind, slopes): (usize, &'_ Vec<f64>)| {
             let limited = slopes.iter().enumerate().filter(|(_, slope)| **slope != 0.0);
             let worst = limited.map(|(row, slope)| {
@@ -227,7 +232,7 @@ impl<const D: usize> Problem<D> {
         let of_regions = limits
             .regions
             .iter()
-            .flat_map(|regions| regions.all(&self.places))
+            .flat_map(|regions| regions.least(&self.places))
             .map(|(row, region, room)| Worst { excess: -room, limit: Limit::Region(region), row, quantity: 0.0 });
         let of_length = limits.longest.map(|longest| Worst {
             excess: self.length() / longest - 1.0,
@@ -241,7 +246,7 @@ impl<const D: usize> Problem<D> {
             row: 0,
             quantity: self.enclosed(),
         });
-        of_kinds.chain(of_regions).chain(of_length).chain(of_area).max_by(|a, b| a.excess.total_cmp(&b.excess))
+        of_kinds.chain(of_regions).chain(of_length).chain(of_area).collect()
     }
 
     /// The number of vertices with an active limit.

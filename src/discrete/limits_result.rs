@@ -10,6 +10,9 @@ use crate::linalg::scalar::{add, scale};
 use crate::report::{CurveReport, LimitReport};
 use crate::status::CurveStatus;
 
+/// −c of a limit that counts as violated.
+const VIOLATED: f64 = 1e-6;
+
 /// How well a curve satisfies its limits.
 pub(super) struct LimitsResult {
     pub report: LimitReport,
@@ -67,7 +70,13 @@ impl LimitsResult {
         let point = ready.rows[..points.len()].partition_point(|&own| own as usize <= row).saturating_sub(1);
         let (broken, remedy) = match ending {
             Ending::Kept => Default::default(),
-            _ => words(fair, batch, ready, limits, &worst, ending),
+            _ => {
+                // What this curve breaks is feasible if all of it is allowed at once.
+                let words = |worst: &Worst| words(fair, batch, ready, limits, worst, ending);
+                let of_each = problem.worst_of_each(limits);
+                let broken = of_each.iter().filter(|own| own.excess > VIOLATED.min(0.5 * worst.excess));
+                (words(&worst).0, broken.map(|own| words(own).1).collect::<Vec<_>>().join(" and "))
+            }
         };
         LimitsResult { report, point, broken, remedy, ending }
     }
@@ -82,7 +91,12 @@ impl LimitsResult {
         // The report of a curve left as its spline has no gradient.
         let is_spline = report.status == CurveStatus::NotConverged && report.gradient_norm.is_nan();
         if self.ending != Ending::Kept || !is_spline || self.report.cost.is_nan() {
-            return self.judge(report, batch, i);
+            // The curve may have left what the deviation allows, too.
+            let farther = match report.max_deviation {
+                own if own > allowed * (1.0 + VIOLATED) => format!(" and a deviation of {own:.6}"),
+                _ => ", or a larger deviation".into(),
+            };
+            return self.judge_with(report, batch, i, &farther);
         }
         report.limits = Some(self.report);
         let what = format!(
@@ -94,19 +108,23 @@ impl LimitsResult {
 
     /// Writes the result into the report of the curve.
     pub fn judge(&self, report: &mut CurveReport, batch: &CurveBatch, i: usize) {
+        self.judge_with(report, batch, i, ", or a deviation from the points");
+    }
+
+    /// The same, where `farther` is the remedy in terms of the deviation.
+    fn judge_with(&self, report: &mut CurveReport, batch: &CurveBatch, i: usize, farther: &str) {
         report.limits = Some(self.report);
         let LimitsResult { broken, remedy, .. } = self;
         let is_open = matches!(report.status, CurveStatus::Converged | CurveStatus::NotConverged);
         let (status, what) = match self.ending {
-            Ending::GivenUp if is_open => (
-                CurveStatus::Infeasible,
-                format!("no curve near keeps its limits: {broken}; allow {remedy}, or a deviation from the points"),
-            ),
+            Ending::GivenUp if is_open => {
+                (CurveStatus::Infeasible, format!("no curve near keeps its limits: {broken}; allow {remedy}{farther}"))
+            }
             Ending::Loops if is_open => (
                 CurveStatus::Infeasible,
                 format!(
-                    "loops alone were found to keep its limits, and it stays as it is without them: {broken}; allow {remedy}, or a \
-                     deviation from the points"
+                    "loops alone were found to keep its limits, and it stays as it is without them: {broken}; allow \
+                     {remedy}{farther}"
                 ),
             ),
             Ending::Unsettled if report.status == CurveStatus::Converged => (
@@ -171,14 +189,29 @@ fn words<const D: usize>(
                 return (format!("it leaves its side of curve {label} at ({at})"), "curves to cross".into());
             }
             match fair.limits.regions.get(k) {
-                Some(region @ Region::Outside { .. }) => {
-                    (format!("it cuts {region}, near ({at})"), "a smaller one".into())
+                // c = ½(d²/R² − 1), for a vertex at the distance d.
+                Some(region @ Region::Outside { radius, .. }) => {
+                    let smaller = match ending {
+                        Ending::GivenUp if worst.excess < 0.5 => {
+                            format!("a radius of {:.6}", radius * (1.0 - 2.0 * worst.excess).sqrt())
+                        }
+                        _ => "a smaller one".into(),
+                    };
+                    (format!("it cuts {region}, near ({at})"), smaller)
                 }
                 Some(region) => {
                     let excess = region.excess(add(scale(ready.size, place), ready.vertices[0]));
                     (format!("it breaks {region} at ({at}), by {excess:.3e}"), "a larger one".into())
                 }
-                None => (format!("it leaves its corridor at ({at})"), "a wider corridor".into()),
+                None => {
+                    let gap = limits.regions.as_ref().and_then(|regions| regions.gap(worst.row, k, place));
+                    let by = -gap.unwrap_or(f64::NAN) * ready.size;
+                    let wider = match ending {
+                        Ending::GivenUp => format!("a corridor that is wider by {by:.3e}"),
+                        _ => "a wider corridor".into(),
+                    };
+                    (format!("it leaves its corridor at ({at}), by {by:.3e}"), wider)
+                }
             }
         }
     }

@@ -6,6 +6,8 @@
 //! A curve that passes through an excluded disc would be pushed apart along itself. It is first
 //! lifted out of the disc, on the side where it is nearer to the boundary.
 
+use std::collections::BTreeMap;
+
 use super::energy::RegionPenalty;
 use super::limits::RegionConstraint;
 use super::problem::Problem;
@@ -120,12 +122,27 @@ impl<const D: usize> RegionConstraints<D> {
         self.of(row).find(|(number, _)| *number == region).map(|(_, form)| form)
     }
 
-    /// All constraints at these positions: the vertex, the index of the region, and c.
-    pub fn all<'a>(&'a self, places: &'a [Vector<f64, D>]) -> impl Iterator<Item = (usize, usize, f64)> + 'a {
-        places
-            .iter()
-            .enumerate()
-            .flat_map(move |(row, place)| self.of(row).map(move |(region, form)| (row, region, form.room(*place))))
+    /// About the distance from a vertex at a position to the boundary of a region, negative outside.
+    pub fn gap(&self, row: usize, region: usize, place: Vector<f64, D>) -> Option<f64> {
+        Some(self.form(row, region)?.gap(place))
+    }
+
+    /// The least c at these positions of each region, of the corridor, and of the half-planes to each neighbour:
+    /// the vertex, the index of the region, and c.
+    pub fn least(&self, places: &[Vector<f64, D>]) -> Vec<(usize, usize, f64)> {
+        let mut least = BTreeMap::new();
+        for (row, place) in places.iter().enumerate() {
+            for (region, form) in self.of(row) {
+                let room = form.room(*place);
+                let own = least
+                    .entry((region.min(self.regions.len()), self.neighbour(region)))
+                    .or_insert((row, region, room));
+                if room < own.2 {
+                    *own = (row, region, room);
+                }
+            }
+        }
+        least.into_values().collect()
     }
 
     /// Every penalty in use, with o of its constraint.

@@ -34,7 +34,7 @@ fn evaluate<S: Scalar, const D: usize>(
         // Every penalty is active, since its second derivative jumps where it becomes active.
         let penalty =
             |slope: f64, v: usize| Penalty { slope: slope + 0.1 * (v % 3) as f64, reach: 40.0, stiffness: 0.02 };
-        let slopes = [0.7, -0.4, 1.1, 0.9, -0.8, 0.6, 0.5];
+        let slopes = [0.7, -0.4, 1.1, 0.3, 0.8, 0.9, -0.8, 0.6, 0.5];
         let penalties = slopes.map(|slope| (0..curve.len()).map(|v| penalty(slope, v)).collect());
         edges.set_penalties(lane, &penalties);
     }

@@ -119,6 +119,8 @@ impl FromStr for Columns {
 pub struct Carried {
     all: bool,
     names: Vec<(String, Between)>,
+    /// Columns that are carried if they are there.
+    optional: &'static [&'static str],
 }
 
 /// What a carried column has between two data points.
@@ -200,6 +202,13 @@ impl Carried {
         self
     }
 
+    /// These columns, and others of which a file may lack some.
+    #[doc(hidden)]
+    pub fn with_optional(mut self, names: &'static [&'static str]) -> Self {
+        self.optional = names;
+        self
+    }
+
     /// Whether a column is named.
     pub(super) fn names(&self, name: &str) -> bool {
         self.names.iter().any(|(own, _)| own == name)
@@ -208,7 +217,7 @@ impl Carried {
     /// Whether a column of this name is carried, and how.
     pub(super) fn how(&self, name: &str) -> Option<Between> {
         let own = self.names.iter().find(|(own, _)| own == name).map(|(_, between)| *between);
-        own.or(self.all.then(|| Between::by_name(name)))
+        own.or((self.all || self.optional.contains(&name)).then(|| Between::by_name(name)))
     }
 
     /// Those of a header that are carried, as far as they have no role: cell, name, and how.

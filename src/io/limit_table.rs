@@ -4,11 +4,21 @@ use std::path::Path;
 
 use super::source::Source;
 use super::times::records;
-use crate::batch::CurveBatch;
+use crate::batch::{Column, CurveBatch, Values};
 use crate::error::{Error, Result, quoted};
 
 /// The columns of limits.
-const LIMITS: [&str; 7] = ["min_radius", "kmax", "corridor", "corridor_left", "corridor_right", "heading", "pinned"];
+const LIMITS: [&str; 9] = [
+    "min_radius",
+    "kmax",
+    "corridor",
+    "corridor_left",
+    "corridor_right",
+    "heading",
+    "curvature",
+    "max_speed",
+    "pinned",
+];
 
 /// The batch with the limits of a table, whose rows are for a `curve` and perhaps one `point` of it.
 ///
@@ -17,7 +27,8 @@ const LIMITS: [&str; 7] = ["min_radius", "kmax", "corridor", "corridor_left", "c
 /// - `point` counts from 0, or from −1 back; blank, a row is for all points of a curve.
 /// - `min_radius` or `kmax`, `corridor`, `corridor_left` and `corridor_right` become the columns of these names
 ///   of [`Constraints`](crate::Constraints). `heading`, in degrees from north (y) to the right, is the tangent at
-///   a point, and `pinned` 1 pins points. Blank cells leave what is there.
+///   a point, and `curvature` in the same row the curvature there, positive to the left. `pinned` 1 pins
+///   points. `max_speed` becomes the column of [`drive`](crate::tracks::drive). Blank cells leave what is there.
 ///
 /// # Errors
 /// A file that cannot be read, has other columns, or names a curve or a point that is not there. A number that
@@ -33,6 +44,9 @@ pub fn read_limits(path: impl AsRef<Path>, batch: &CurveBatch) -> Result<CurveBa
     }
     let (n, d) = (batch.total_points(), batch.dimension());
     let mut own = batch.constraints().clone();
+    let (speeds, mut columns): (Vec<_>, Vec<_>) =
+        batch.columns().iter().cloned().partition(|column| column.name == "max_speed");
+    let mut speeds = speeds.first().and_then(|column| column.values.numbers()).map(Vec::from);
     for (line, record) in rows {
         let wrong = |what: String| -> Error { source.error(*line, what) };
         let cell = |name: &str| header.iter().position(|own| own == name).and_then(|k| record.get(k)).unwrap_or("");
@@ -63,15 +77,13 @@ pub fn read_limits(path: impl AsRef<Path>, batch: &CurveBatch) -> Result<CurveBa
             }
         }
         for limit in LIMITS {
-            let number = dialect.number(cell(limit).as_bytes()).ok().flatten();
-            let Some(number) = number.filter(|x| x.is_finite()) else {
-                if cell(limit).is_empty() {
-                    continue;
+            let number = match dialect.number(cell(limit).as_bytes()) {
+                Ok(None) => continue,
+                Ok(Some(number)) if number.is_finite() => number,
+                _ => {
+                    let what = format!("column {limit} holds {}, which is no number: mend it", quoted(cell(limit)));
+                    return Err(wrong(what));
                 }
-                return Err(wrong(format!(
-                    "column {limit} holds {}, which is no number: mend it",
-                    quoted(cell(limit))
-                )));
             };
             let blank = |width: usize| vec![f64::NAN; width * n];
             let (column, width, place, value) = match limit {
@@ -80,19 +92,27 @@ pub fn read_limits(path: impl AsRef<Path>, batch: &CurveBatch) -> Result<CurveBa
                 "corridor" => (&mut own.corridors, 1, 0, number),
                 "corridor_left" => (&mut own.widths, 2, 0, number),
                 "corridor_right" => (&mut own.widths, 2, 1, number),
+                "max_speed" => (&mut speeds, 1, 0, number),
                 "pinned" => {
                     let flags = own.pinned.get_or_insert_with(|| vec![false; n]);
                     points.iter().for_each(|&point| flags[point] = number != 0.0);
                     continue;
                 }
                 _ if cell("point").is_empty() => {
-                    return Err(wrong("a heading needs a point: give both".into()));
+                    return Err(wrong(format!("a {limit} needs a point: give both")));
                 }
                 _ => {
-                    let (sin, cos) = number.to_radians().sin_cos();
-                    let tangents = own.tangents.get_or_insert_with(|| blank(d));
+                    let Some(heading) = dialect.number(cell("heading").as_bytes()).ok().flatten() else {
+                        return Err(wrong("a curvature needs a heading: give both".into()));
+                    };
+                    let (sin, cos) = heading.to_radians().sin_cos();
+                    let (vectors, vector) = match limit {
+                        "heading" => (&mut own.tangents, [sin, cos, 0.0]),
+                        _ => (&mut own.curvatures, [-cos * number, sin * number, 0.0]),
+                    };
+                    let vectors = vectors.get_or_insert_with(|| blank(d));
                     for point in &points {
-                        tangents[point * d..(point + 1) * d].copy_from_slice(&[sin, cos, 0.0][..d]);
+                        vectors[point * d..(point + 1) * d].copy_from_slice(&vector[..d]);
                     }
                     continue;
                 }
@@ -101,5 +121,7 @@ pub fn read_limits(path: impl AsRef<Path>, batch: &CurveBatch) -> Result<CurveBa
             points.iter().for_each(|point| column[width * point + place] = value);
         }
     }
-    batch.clone().with_constraints(own)
+    let speeds = speeds.map(|speeds| Column { name: "max_speed".into(), values: Values::Numbers(speeds) });
+    columns.extend(speeds);
+    batch.clone().with_constraints(own)?.with_columns(columns)
 }

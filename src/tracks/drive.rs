@@ -67,7 +67,8 @@ pub fn drive(batch: &CurveBatch, fit: &Fit, sampling: Sampling, vehicle: &Vehicl
     vehicle.check()?;
     sampling.check_with(batch, COLUMNS.len())?;
     let column = |name: &str| batch.columns().iter().find(|column| column.name == name);
-    let (stops, speeds) = (column("stop"), column("max_speed").map(|column| speeds(batch, column)).transpose()?);
+    let [stops, speeds] = ALONG_DRIVES.map(column);
+    let speeds = speeds.map(|column| largest_speeds(batch, column)).transpose()?;
     let drives = parallel::map(batch.len(), 1, |i| {
         let curve = fit.curve(i);
         let own = batch.offsets()[i]..batch.offsets()[i + 1];
@@ -97,6 +98,10 @@ pub fn drive(batch: &CurveBatch, fit: &Fit, sampling: Sampling, vehicle: &Vehicl
     batch.with_columns(columns.collect())
 }
 
+/// The columns of a batch that [`drive`] reads: rests, and the largest speeds of spans.
+#[doc(hidden)]
+pub const ALONG_DRIVES: [&str; 2] = ["stop", "max_speed"];
+
 const COLUMNS: [&str; 3] = ["v", "a_long", "a_lat"];
 
 /// Whether a point is a stop.
@@ -108,7 +113,7 @@ fn is_stop(column: &Column, point: usize) -> bool {
 }
 
 /// The largest speed of every point's span, infinite without one.
-fn speeds(batch: &CurveBatch, column: &Column) -> Result<Vec<f64>> {
+fn largest_speeds(batch: &CurveBatch, column: &Column) -> Result<Vec<f64>> {
     let number = |k: usize| match &column.values {
         Values::Texts(texts) if texts[k].trim().is_empty() => Some(f64::INFINITY),
         Values::Texts(texts) => texts[k].trim().parse().ok(),
@@ -248,7 +253,8 @@ fn squares(lengths: &[f64], most: Vec<f64>, closed: bool, vehicle: &Vehicle) -> 
     let count = slowest.len();
     let mut start = vec![f64::INFINITY; count];
     own.iter().zip(&squares).for_each(|(at, square)| start[at % count] = square.min(start[at % count]));
-    let fastest = Profile { steps: &steps, most: &slowest, vehicle, jerk }.fastest(&start);
+    let fastest = Profile { steps: &steps, most: &slowest, accelerate: vehicle.accelerate, brake: vehicle.brake, jerk }
+        .fastest(&start);
     own.iter().map(|at| fastest[at % count]).collect()
 }
 
@@ -296,13 +302,32 @@ mod tests {
     }
 
     #[test]
+    fn a_line_within_a_jerk_is_driven_in_seven_parts() {
+        // The acceleration rises to 2 in 2 s and falls in as many. To v it takes v/2 + 2 s and half as many times v
+        // metres: 7 s to 10 m/s, and 3 s at that, or up to 2 √21 − 2 m/s.
+        let vehicle = Vehicle { accelerate: 2.0, brake: 2.0, jerk: Some(1.0), ..VEHICLE };
+        for (length, time) in [(100.0, 17.0), (40.0, 2.0 * 21.0_f64.sqrt() + 2.0)] {
+            let line = driven(&[[0.0, 0.0], [length, 0.0]], false, None, &vehicle, 100);
+            let t = line.parameters(0).unwrap();
+            let [v, along] = ["v", "a_long"].map(|name| column(&line, name));
+            assert!((t[100] / time - 1.0).abs() < 1e-3, "{} {time}", t[100]);
+            assert!(v.iter().all(|v| *v <= 10.0) && (v[0], v[100]) == (0.0, 0.0));
+            assert!(along.iter().all(|a| a.abs() <= 2.0));
+            for k in 1..100 {
+                let change = (along[k] - along[k - 1]).abs();
+                assert!(change <= 1.05 * (t[k] - t[k - 1]), "{k}: {change} {}", t[k] - t[k - 1]);
+            }
+        }
+    }
+
+    #[test]
     fn a_circle_is_driven_at_one_speed_and_without_an_end() {
         let points: Vec<[f64; 2]> = (0..64)
             .map(|k| f64::from(k) * std::f64::consts::TAU / 64.0)
             .map(|a| [5.0 * a.cos(), 5.0 * a.sin()])
             .collect();
-        for (speed, wanted) in [(10.0, 15.0_f64.sqrt()), (2.0, 2.0)] {
-            let round = driven(&points, true, None, &Vehicle { speed, ..VEHICLE }, 4);
+        for (speed, jerk, wanted) in [(10.0, None, 15.0_f64.sqrt()), (2.0, None, 2.0), (2.0, Some(1.0), 2.0)] {
+            let round = driven(&points, true, None, &Vehicle { speed, jerk, ..VEHICLE }, 4);
             assert!(column(&round, "v").iter().all(|v| (v / wanted - 1.0).abs() < 1e-3), "{:?}", column(&round, "v"));
             let t = round.parameters(0).unwrap();
             let end = t[t.len() - 1] + round.closing_length(0, t);

@@ -14,7 +14,6 @@
 //! Sources: D. Verscheure et al., *Time-optimal path tracking for robots: a convex optimization approach*
 //! (IEEE TAC 2009); A. L. Yuille and A. Rangarajan, *The concave–convex procedure* (2003).
 
-use super::drive::Vehicle;
 use crate::linalg::banded::Banded;
 
 /// The first profile uses this fraction of the room that its limits leave.
@@ -36,7 +35,9 @@ pub(super) struct Profile<'a> {
     pub steps: &'a [f64],
     /// W at every site. It is 0 at rests, and the ends of an open curve are rests.
     pub most: &'a [f64],
-    pub vehicle: &'a Vehicle,
+    /// a₊ and b
+    pub accelerate: f64,
+    pub brake: f64,
     /// J
     pub jerk: f64,
 }
@@ -111,9 +112,9 @@ impl Profile<'_> {
         }
         for (k, edge) in edges.iter().enumerate() {
             let slope = edge.slope;
-            let value = self.vehicle.accelerate - edge.acceleration;
+            let value = self.accelerate - edge.acceleration;
             visit(Bound { first: k, value, slope: [slope, -slope, 0.0] });
-            let value = self.vehicle.brake + edge.acceleration;
+            let value = self.brake + edge.acceleration;
             visit(Bound { first: k, value, slope: [-slope, slope, 0.0] });
         }
         for pair in self.changes() {

@@ -35,7 +35,7 @@ mod sample;
 mod smooth;
 
 pub use clean::{Cleaned, Cleaning, Dropped, Duplicates, Stops, clean};
-pub use drive::{Vehicle, drive};
+pub use drive::{ALONG_DRIVES, Vehicle, drive};
 pub use easing::Easing;
 pub use gaps::split;
 pub use quantities::Quantity;

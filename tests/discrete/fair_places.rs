@@ -383,6 +383,79 @@ fn a_region_that_a_curve_cannot_keep_is_named() {
 }
 
 #[test]
+fn curvature_changes_no_faster_than_its_rate() {
+    let batch = Family { dimension: 2, closed: false, points: 6, sigma: 0.4 }.batch(60, 5);
+    let mut named = 0;
+    for (energy, bound) in [(bending(2.0) + tautness(), 3.0), (variation() + length(), 2.0)] {
+        let fair = |rate| Fair {
+            energy: energy.clone(),
+            limits: Limits { curvature_rate: rate, ..Limits::default() },
+            ..Fair::default()
+        };
+        let [free, kept] = [None, Some(bound)].map(|rate| fit(&fair(rate), &batch));
+        let (mut held, mut unfinished) = (0, 0);
+        for i in 0..batch.len() {
+            let [own, most] = [&free, &kept].map(|found| fastest_turn(found, i));
+            let report = &kept.reports()[i];
+            if report.status != CurveStatus::Converged {
+                unfinished += 1;
+                let message = report.message.as_deref().unwrap_or_default();
+                // Where no curve keeps it, the message has a rate that one keeps.
+                if let Some(rate) = message.split("allow a rate of ").nth(1).and_then(|text| text.split(',').next()) {
+                    let points = batch.points(i).as_chunks::<2>().0;
+                    let rate = 1.01 * rate.parse::<f64>().unwrap();
+                    let report = fitted::<2>(&fair(Some(rate)), &one(points, false), SEGMENTS).1;
+                    assert_eq!(report.status, CurveStatus::Converged, "{message} {report:?}");
+                    named += 1;
+                }
+                continue;
+            }
+            assert!(most <= bound * (1.0 + 1e-9), "curve {i}: {own} {most}");
+            held += usize::from(own > bound);
+            assert!(own > bound || own == most, "a curve that keeps it stays as it is");
+        }
+        println!("{held} held, {unfinished} without a curve");
+        assert!(held >= 10 && unfinished <= 2, "{held} {unfinished}");
+    }
+    assert!(named > 0, "no curve was infeasible");
+}
+
+/// The largest |κ′| at the edges of a planar curve, from the turns at its vertices.
+fn fastest_turn(found: &faircurve::Fit, i: usize) -> f64 {
+    let vertices: Vec<Planar> = vertices::<2>(found, i, SEGMENTS);
+    let edges: Vec<Planar> = vertices.windows(2).map(|pair| minus(pair[1], pair[0])).collect();
+    // |T′ − T| is the chord of the turn.
+    let curvature = |pair: &[Planar]| {
+        let sine = (pair[0][0] * pair[1][1] - pair[0][1] * pair[1][0]) / (norm(pair[0]) * norm(pair[1]));
+        2.0 * sine / (norm(pair[0]) + norm(pair[1]))
+    };
+    let curvatures: Vec<f64> = edges.windows(2).map(curvature).collect();
+    let rate = |k: usize| (curvatures[k] - curvatures[k - 1]).abs() / norm(edges[k]);
+    (1..curvatures.len()).map(rate).fold(0.0, f64::max)
+}
+
+#[test]
+fn spatial_curves_climb_no_steeper_than_their_limit() {
+    // Up a wall the curve winds.
+    let points = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.2], [3.0, 1.0, 1.5], [4.0, 0.0, 1.5]];
+    let batch = CurveBatch::from_slices(&[&points[..]]).unwrap();
+    let slope = |found: &faircurve::Fit| {
+        let vertices: Vec<[f64; 3]> = vertices::<3>(found, 0, SEGMENTS);
+        let slope = |pair: &[[f64; 3]]| {
+            let [x, y, z] = minus(pair[1], pair[0]);
+            z.abs() / x.hypot(y)
+        };
+        vertices.windows(2).map(slope).fold(0.0, f64::max)
+    };
+    let fair = |climb| limited(Limits { climb, ..Limits::default() });
+    let [free, kept] = [None, Some(0.5)].map(|climb| fit(&fair(climb), &batch));
+    assert_eq!(kept.reports()[0].status, CurveStatus::Converged, "{:?}", kept.reports()[0]);
+    assert!(slope(&free) > 0.9 && slope(&kept) <= 0.5 && slope(&kept) > 0.499, "{} {}", slope(&free), slope(&kept));
+    let planar = fair(Some(0.5)).fit(&one(&ZIGZAG, false), &Device::cpu()).unwrap_err();
+    assert!(planar.to_string().contains("planar curves have no slope"), "{planar}");
+}
+
+#[test]
 fn corridors_of_two_widths_are_kept_and_used() {
     // A closed track: a circle of radius 50 with four waves, wider inside and outside in turn.
     let n = 60;

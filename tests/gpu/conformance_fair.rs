@@ -393,6 +393,8 @@ fn curves_with_limits_of_places_are_those_of_the_cpu() {
             Limits { monotone: vec![[0.0, 1.0, 0.0], [1.0, 0.0, 0.0]], curvature: Some(30.0), ..Limits::default() },
         ),
         (3, variation() + length(), Limits { shape: true, ..Limits::default() }),
+        (2, bending(2.0) + tautness(), Limits { curvature_rate: Some(3.0), ..Limits::default() }),
+        (3, bending(2.0) + tautness(), Limits { climb: Some(0.5), ..Limits::default() }),
         (2, bending(2.0), Limits { stretch: Some(1.02), ..Limits::default() }),
         // The host finds these.
         (2, length(), Limits { curvature: Some(3.0), ..Limits::default() }),

@@ -306,7 +306,7 @@ fn tracks_within_metres_are_smooth_in_time_on_the_ground() {
 fn paths_have_the_speeds_of_their_fastest_drive() {
     let folder = self::folder("curve,x,y,stop\na,0,0,\na,30,0,\na,30,30,1\na,60,30,\n");
     let vehicle = "--speed 15 --lateral 3 --accelerate 2 --brake 4";
-    let path = "path in.csv -o p.csv --min-radius 4 --deviation 3 --spacing 0.5 --carry stop --device cpu";
+    let path = "path in.csv -o p.csv --min-radius 4 --deviation 3 --spacing 0.5 --device cpu --force";
     run(&folder, &format!("{path} {vehicle}")).code(predicate::in_iter([0, 1]));
     let rows = text(&folder, "p.csv");
     assert_eq!(rows.lines().next().unwrap(), "curve,x,y,t,stop,v,a_long,a_lat");
@@ -318,6 +318,20 @@ fn paths_have_the_speeds_of_their_fastest_drive() {
     let speeds: Vec<f64> = numbers.iter().map(|row| row[4]).collect();
     let stops = speeds.windows(3).filter(|v| v[1] <= v[0] && v[1] < v[2] && v[1] < 2.0_f64.sqrt()).count();
     assert!(speeds[0] == 0.0 && speeds[speeds.len() - 1] == 0.0 && stops == 1, "{speeds:?}");
+    // The second span has a largest speed, and the acceleration changes by at most the jerk times the time.
+    fs::write(folder.path().join("limits.csv"), "curve,point,max_speed\na,1,5\na,0,NA\n").unwrap();
+    run(&folder, &format!("{path} {vehicle} --jerk 3 --limits limits.csv")).code(predicate::in_iter([0, 1]));
+    let rows = text(&folder, "p.csv");
+    let numbers: Vec<Vec<f64>> =
+        rows.lines().skip(1).map(|line| line.split(',').skip(1).map(|x| x.parse().unwrap_or(0.0)).collect()).collect();
+    assert_eq!(rows.lines().next().unwrap(), "curve,x,y,t,stop,max_speed,v,a_long,a_lat");
+    let inner = numbers.iter().filter(|row| row[0] > 28.0 && row[1] > 4.0 && row[0] < 32.0);
+    assert!(inner.clone().count() > 20 && inner.clone().all(|row| row[5] <= 5.0 + 1e-6), "{rows}");
+    for pair in numbers.windows(2).filter(|pair| pair[1][5] > 2.0 && pair[0][5] > 2.0) {
+        assert!((pair[1][6] - pair[0][6]).abs() <= 3.0 * 1.2 * (pair[1][2] - pair[0][2]), "{pair:?}");
+    }
+    fs::write(folder.path().join("limits.csv"), "curve,point,max_speed\na,1,-5\n").unwrap();
+    ran::refused(&folder, &format!("{path} {vehicle} --limits limits.csv"), "point 1: its max_speed is no positive");
     ran::refused(
         &folder,
         "path in.csv -o q.csv --min-radius 4 --speed 15 --lateral 0 --accelerate 2 --brake 4",

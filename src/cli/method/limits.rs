@@ -111,7 +111,8 @@ pub struct LimitArgs {
     /// Limits of single curves and points: columns curve, point, min_radius, corridor, heading and others
     ///
     /// A row without a curve is for all, and one without a point for all points of a curve; -1 is the last.
-    /// Other columns are kmax, corridor_left, corridor_right, and pinned. heading is in degrees from north.
+    /// Other columns are kmax, corridor_left, corridor_right, pinned, max_speed (--speed), and curvature, which
+    /// goes with heading, in degrees from north, and is positive to the left.
     #[arg(long, value_name = "FILE.csv")]
     limits: Option<PathBuf>,
     /// Keeps the length of fair curves at most S times the length of the polygon of their points

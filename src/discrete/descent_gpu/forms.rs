@@ -25,6 +25,7 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
     let [curvature, side] =
         [Functional::MaxCurvature(Default::default()), Functional::CurvatureSign(Default::default())];
     let torsion_sign = Functional::TorsionSign(Default::default());
+    let [rate, climb] = [Functional::MaxCurvatureRate(Default::default()), Functional::Climb(Default::default())];
     let monotone = Functional::Monotone(Monotone { direction: [0.6, 0.8, 0.0], number: 0 });
     let forms = [
         (length() + tension() + attachment(), 1, Sobolev),
@@ -43,6 +44,7 @@ pub(crate) fn descent_kernels(precision: Precision) -> Vec<KernelKey> {
             Newton,
         ),
         (variation().with_limits(LimitTerms { regions: 1, ..with_limits(vec![torsion_sign]) }), 3, Newton),
+        ((variation() + bending(2.0)).with_limits(with_limits(vec![rate, climb])), 3, Newton),
         (variation() + length(), 3, Newton),
         (torsion() + bending(2.0) + attachment(), 3, Newton),
     ];
