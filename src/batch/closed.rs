@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::Parameters;
 use super::{CurveBatch, columns, expect_length};
-use crate::constraint::retain_rows;
+use crate::constraint::{gather_rows, retain_rows, rows_of};
 use crate::error::Result;
 
 impl CurveBatch {
@@ -132,6 +132,24 @@ impl CurveBatch {
             lost += keep[end..*offset].iter().filter(|keep| !**keep).count();
             (end, *offset) = (*offset, *offset - lost);
         }
+    }
+
+    /// The points of each curve in another order, with all that belongs to them.
+    pub(crate) fn reordered(&self, points: &[usize]) -> CurveBatch {
+        let mut batch = CurveBatch {
+            coords: Arc::new(rows_of(&self.coords, self.dimension, points).into()),
+            parameters: self.parameters.as_ref().map(|own| rows_of(own.get(), 1, points).into()),
+            weights: gather_rows(&self.weights, 1, points),
+            constraints: self.constraints.gather(self.dimension, points),
+            columns: columns::gather(&self.columns, points),
+            ..self.clone()
+        };
+        let moved = |i: usize| (self.offsets[i]..self.offsets[i + 1]).any(|k| points[k] != k);
+        let moved: Vec<usize> = (0..self.len()).filter(|&i| moved(i)).collect();
+        if let Some(lines) = &mut Arc::make_mut(&mut batch.origin).first_lines {
+            moved.iter().for_each(|&i| lines[i] = None);
+        }
+        batch
     }
 
     /// The points that are kept, of these coordinates, with all that belongs to them. Problems are looked

@@ -17,7 +17,8 @@ use super::words::one_of;
 pub struct CleanArgs {
     /// Drops points that cannot be reached at V from the others, such as 60kn, 100km/h or 30m/s
     ///
-    /// The most points are kept between which V is not exceeded. A number is in units of the input per
+    /// The most points are kept between which V is not exceeded. Where others among them take turns with these,
+    /// as of two ships of one name, they become a track called NAME.2. A number is in units of the input per
     /// unit of t: metres for longitudes and latitudes, seconds for dates.
     #[arg(long, value_name = "V", allow_negative_numbers = true)]
     max_speed: Option<Speed>,
@@ -67,8 +68,19 @@ impl CleanArgs {
             outliers: self.robust,
             stops: self.stops.as_deref().map(|stops| self::stops(stops, &batch)).transpose()?,
         };
+        let given = batch.len();
+        let batch = cleaning.max_speed.map_or(batch.clone(), |most| tracks::separate(&batch, most));
         let cleaned = tracks::clean(&batch, &cleaning)?;
-        let notes = notes(&batch, &cleaned);
+        let mut notes = notes(&batch, &cleaned);
+        if batch.len() > given {
+            let second =
+                (0..batch.len()).find(|&i| batch.name(i).ends_with(".2")).map_or(String::new(), |i| batch.label(i));
+            let what = format!(
+                "{} of several things of one name, too far apart for one: such as {second}",
+                count(batch.len() - given, "more track")
+            );
+            notes.insert(0, what);
+        }
         let dropped = cleaned.dropped_points(&batch)?;
         Ok((cleaned.batch, Some(dropped), notes))
     }

@@ -136,6 +136,29 @@ pub fn clean(batch: &CurveBatch, cleaning: &Cleaning) -> Result<Cleaned> {
     Ok(Cleaned { batch: batch.retained(coords, &keep), dropped, stops: held })
 }
 
+/// How often two things of one name take turns before they count as two.
+const TURNS: usize = 10;
+
+/// Parts tracks of several things that bear one name, such as two ships of one number.
+///
+/// Of each track the most points between which `max_speed` is not exceeded are one thing. Where the most of
+/// the others take turns with it at least 10 times, and are not all at one place, they are another, and so
+/// on. Parts of a track `a` are
+/// called `a.1`, `a.2` and so on. The unit of the speed is that of [`Cleaning::max_speed`].
+pub fn separate(batch: &CurveBatch, max_speed: f64) -> CurveBatch {
+    let things = parallel::map(batch.len(), 1, |i| Track::new(batch, i).things(max_speed));
+    let (mut points, mut parts) = (Vec::new(), Vec::new());
+    for (i, things) in things.iter().enumerate() {
+        let mut from = 0;
+        for own in things {
+            points.extend(own.iter().map(|k| batch.offsets()[i] + k));
+            parts.push((i, from..from + own.len()));
+            from += own.len();
+        }
+    }
+    if parts.len() == batch.len() { batch.clone() } else { batch.reordered(&points).parted(&parts) }
+}
+
 impl Cleaned {
     /// The dropped points of the given batch, with a column `why`. Curves that lost none have no points.
     pub fn dropped_points(&self, given: &CurveBatch) -> Result<CurveBatch> {
@@ -236,6 +259,12 @@ impl<'a> Track<'a> {
     /// shortest time between others allows.
     fn drop_fast(&mut self, t: &[f64], most: f64) {
         let kept = self.kept();
+        let chain = self.longest_chain(t, most, &kept);
+        kept.iter().zip(chain).filter(|(_, own)| !own).for_each(|(&k, _)| self.why[k] = Some(Dropped::TooFast));
+    }
+
+    /// Which of these points are in it.
+    fn longest_chain(&self, t: &[f64], most: f64, kept: &[usize]) -> Vec<bool> {
         let steps = kept.windows(2).map(|pair| t[pair[1]] - t[pair[0]]).filter(|step| *step > 0.0);
         let shortest = steps.fold(f64::INFINITY, f64::min);
         let follows = |a: usize, b: usize| {
@@ -261,7 +290,38 @@ impl<'a> Track<'a> {
             chain[k] = true;
             at = Some(before[k]).filter(|&k| k != usize::MAX);
         }
-        kept.iter().zip(chain).filter(|(_, own)| !own).for_each(|(&k, _)| self.why[k] = Some(Dropped::TooFast));
+        chain
+    }
+
+    /// The points of each thing that bears the name of the track, and all others with the first.
+    fn things(&self, most: f64) -> Vec<Vec<usize>> {
+        let all: Vec<usize> = (0..self.why.len()).collect();
+        let Some(t) = self.batch.parameters(self.i).filter(|_| !self.batch.is_closed(self.i)) else { return vec![all] };
+        let is_fix = |k: &usize| t[*k].is_finite() && self.place(*k).iter().all(|x| x.is_finite());
+        let mut rest: Vec<usize> = all.into_iter().filter(is_fix).collect();
+        let mut thing = vec![0; self.why.len()];
+        let mut others = 0;
+        let mut first: Vec<bool> = vec![false; self.why.len()];
+        while rest.len() >= TURNS {
+            let chain = self.longest_chain(t, most, &rest);
+            let (own, left): (Vec<_>, Vec<_>) = rest.iter().zip(chain).partition(|(_, own)| *own);
+            let own: Vec<usize> = own.into_iter().map(|(&k, _)| k).collect();
+            rest = left.into_iter().map(|(&k, _)| k).collect();
+            if !first.contains(&true) {
+                own.iter().for_each(|&k| first[k] = true);
+                continue;
+            }
+            let turns = own.windows(2).filter(|pair| first[pair[0]..pair[1]].contains(&true)).count();
+            if turns < TURNS {
+                break;
+            }
+            // A receiver without a fix has one place, to the last digit.
+            if own.iter().any(|&k| self.place(k) != self.place(own[0])) {
+                others += 1;
+                own.iter().for_each(|&k| thing[k] = others);
+            }
+        }
+        (0..=others).map(|number| (0..thing.len()).filter(|&k| thing[k] == number).collect()).collect()
     }
 
     fn drop_outliers(&mut self, t: &[f64]) {

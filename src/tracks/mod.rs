@@ -1,6 +1,6 @@
 //! Tracks: curves whose parameters are times.
 //!
-//! [`clean`] drops points that are no fixes. [`split`] cuts tracks at gaps in time. [`sample`] samples
+//! [`clean`] drops points that are no fixes. [`separate`] parts things that bear one name. [`split`] cuts tracks at gaps in time. [`sample`] samples
 //! fitted tracks at times or along their length, with interpolated columns
 //! ([`Column`](crate::Column)) and quantities such as the speed ([`Quantity`]). [`smooth_column`] smooths
 //! elevations and other columns. [`drive`] finds the speeds of the fastest drive.
@@ -34,7 +34,7 @@ mod quantities;
 mod sample;
 mod smooth;
 
-pub use clean::{Cleaned, Cleaning, Dropped, Duplicates, Stops, clean};
+pub use clean::{Cleaned, Cleaning, Dropped, Duplicates, Stops, clean, separate};
 pub use drive::{ALONG_DRIVES, Vehicle, drive};
 pub use easing::Easing;
 pub use gaps::split;

@@ -73,6 +73,35 @@ fn dirty_tracks_are_cleaned_and_what_is_dropped_is_said() {
     );
 }
 
+#[test]
+fn two_ships_of_one_name_become_two_tracks() {
+    let folder = TempDir::new().unwrap();
+    // They take turns, minute by minute, and the second one leaps to a third place at every fifth turn.
+    let mut rows = String::from("mmsi,lon,lat,time\n");
+    for k in 0..120_u32 {
+        let along = 0.002 * f64::from(k);
+        let (lon, lat) = match k % 10 {
+            own if own % 2 == 0 => (5.0 + along, 54.0),
+            7 => (90.0, 0.0),
+            _ => (-70.0, 41.0 + along),
+        };
+        rows += &format!("244,{lon},{lat},2024-03-01T{:02}:{:02}:00Z\n", 12 + k / 60, k % 60);
+    }
+    fs::write(folder.path().join("in.csv"), rows).unwrap();
+    let track = "track in.csv -o out.csv --columns curve=mmsi,x=lon,y=lat,t=time --within 50m --max-speed 40kn --device cpu";
+    run(&folder, &format!("{track} --every 10min --dropped d.csv"))
+        .code(0)
+        .stderr(contains("1 more track of several things of one name, too far apart for one: such as 244.2"))
+        .stderr(contains("12 points are dropped, too far to be reached in time"));
+    let out = lines(&folder, "out.csv");
+    for (name, lon) in [("244.1,", 5.0), ("244.2,", -70.0)] {
+        let own: Vec<&String> = out.iter().filter(|line| line.starts_with(name)).collect();
+        let longitude = |line: &String| line.split(',').nth(1).unwrap().parse::<f64>().unwrap();
+        assert!(own.len() >= 11 && own.iter().all(|line| (longitude(line) - lon).abs() < 0.3), "{out:?}");
+    }
+    assert_eq!(lines(&folder, "d.csv").len(), 1 + 12);
+}
+
 /// A run of 400 s on a circle, in GPX, with noise of a metre in both directions and 0.5 m in height.
 fn run_with_noise(folder: &TempDir) {
     let (mut text, mut state) = (String::from("<gpx version=\"1.1\"><trk><trkseg>\n"), 1_u32);
