@@ -18,7 +18,7 @@ from ._formula import Expression, ExpressionVector, custom
 from ._methods import Fair, Geodesic, Natural, Smooth, Smoothing
 from ._splines import CubicSplineBatch, PPolyBatch
 from ._surfaces import HeightField, Mesh
-from ._tables import FairBatch
+from ._tables import FairBatch, from_dataframe
 
 __all__ = [
     "CubicSplineBatch",
@@ -42,6 +42,7 @@ __all__ = [
     "bending",
     "bezier",
     "custom",
+    "from_dataframe",
     "geodesic_bending",
     "laplacian",
     "length",

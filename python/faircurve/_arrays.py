@@ -35,12 +35,31 @@ class Ragged:
         Makes the kind of thing that was brought from other coordinates and offsets.
     closed : (B,) array, optional
         Which curves are closed, where the kind says so.
+    rows : (B,) array, optional
+        The row of each curve: of a geometry with several parts or rings, all have its row. By default each has its own.
+    index : optional
+        The labels of rows: the index of a GeoSeries or GeoDataFrame.
+    t : (N,) array, optional
+        Parameters of the points, where the kind has them, and their ``clock``.
+    degrees : bool
+        Whether coordinates are degrees of a geographic CRS.
     """
 
     coords: Floats
     offsets: Offsets
     back: Back
     closed: NDArray[np.bool_] | None = None
+    rows: NDArray[np.int64] | None = None
+    index: Any = None
+    t: Floats | None = None
+    clock: Any = None
+    degrees: bool = False
+    #: Whether all curves are rings of polygons of a table's rows, which may share borders.
+    polygons: bool = False
+    #: The table that the curves were read from.
+    table: Any = None
+    #: Whether values of points may come flat, as the points themselves did.
+    flat: bool = False
 
     def __len__(self) -> int:
         return len(self.offsets) - 1
@@ -58,12 +77,28 @@ def offsets_of(counts: Sequence[int] | NDArray[Any]) -> Offsets:
 
 
 def floats(values: Any, what: str) -> Floats:
-    """Values as 64-bit floats one after the other; the same memory where they are."""
+    """Values as 64-bit floats one after the other; the same memory where they are. Masked ones and ``pandas.NA`` are NaN."""
+    if isinstance(values, np.ma.MaskedArray):
+        values = values.astype(np.float64).filled(np.nan)
+    elif type(values).__module__.partition(".")[0] == "pandas" and hasattr(values, "to_numpy"):
+        values = values.to_numpy(np.float64, na_value=np.nan)
+    kind = getattr(values, "dtype", np.asarray(values).dtype if isinstance(values, (list, tuple)) and _is_regular(values) else None)
+    if isinstance(kind, np.dtype) and kind.kind not in "biufO":
+        raise TypeError(f"{what} must be numbers, and not {kind}")
     try:
         array = np.ascontiguousarray(values, np.float64)
     except (TypeError, ValueError) as error:
         raise TypeError(f"{what} must be numbers: {error}") from None
     return array
+
+
+def _is_regular(values: Any) -> bool:
+    """Whether nested lists make an array."""
+    try:
+        np.asarray(values)
+    except ValueError:
+        return False
+    return True
 
 
 def split(coords: Floats, offsets: Offsets) -> list[Floats]:
@@ -92,6 +127,8 @@ def ragged(curves: Any) -> Ragged:
     ValueError
         For arrays of other shapes.
     """
+    if isinstance(curves, Ragged):
+        return curves
     kind = type(curves)
     module = kind.__module__.partition(".")[0]
     if module == "geopandas" or "shapely" in sys.modules and _is_shapely(curves):
@@ -132,22 +169,30 @@ def _of_array(array: NDArray[Any]) -> Ragged:
     count, points, dimension = array.shape
     coords = floats(array, "coordinates").reshape(count * points, dimension)
 
-    def back(coords: Floats, offsets: Offsets, closed: NDArray[np.bool_]) -> Any:
-        counts = np.diff(offsets)
-        if len(counts) > 0 and (counts == counts[0]).all():
-            return coords.reshape(len(counts), int(counts[0]), coords.shape[1])
-        return split(coords, offsets)
+    return Ragged(coords, np.arange(count + 1, dtype=np.int64) * points, _array_back)
 
-    return Ragged(coords, np.arange(count + 1, dtype=np.int64) * points, back)
+
+def _array_back(coords: Floats, offsets: Offsets, closed: NDArray[np.bool_]) -> Any:
+    counts = np.diff(offsets)
+    if (counts == counts[:1]).all():
+        return coords.reshape(len(counts), int(counts[0]) if len(counts) else 0, coords.shape[1])
+    return split(coords, offsets)
+
+
+def _pair_back(coords: Floats, offsets: Offsets, closed: NDArray[np.bool_]) -> Any:
+    return coords, offsets
+
+
+def _list_back(coords: Floats, offsets: Offsets, closed: NDArray[np.bool_]) -> Any:
+    return split(coords, offsets)
 
 
 def _of_pair(coords: Any, offsets: Any) -> Ragged:
     offsets = np.ascontiguousarray(offsets)
     if not np.issubdtype(offsets.dtype, np.integer):
         raise TypeError(f"offsets are whole numbers, not {offsets.dtype}")
-    return Ragged(
-        floats(coords, "coordinates"), offsets.astype(np.int64, copy=False), lambda coords, offsets, closed: (coords, offsets)
-    )
+    points = floats(coords, "coordinates")
+    return Ragged(points, offsets.astype(np.int64, copy=False), _pair_back, flat=True)
 
 
 def _of_list(curves: Sequence[Any] | NDArray[Any]) -> Ragged:
@@ -160,8 +205,7 @@ def _of_list(curves: Sequence[Any] | NDArray[Any]) -> Ragged:
         elif array.ndim != 2 or array.shape[1] != dimension:
             raise ValueError(f"curve {i} has the shape {array.shape}; it must be (n, {dimension}), as those before it")
     coords = np.concatenate(arrays) if arrays else np.zeros((0, dimension))
-    back: Back = lambda coords, offsets, closed: split(coords, offsets)
-    return Ragged(coords, offsets_of([len(array) for array in arrays]), back)
+    return Ragged(coords, offsets_of([len(array) for array in arrays]), _list_back)
 
 
 def _of_awkward(curves: Any) -> Ragged:
@@ -170,15 +214,25 @@ def _of_awkward(curves: Any) -> Ragged:
     counts = ak.to_numpy(ak.num(curves, axis=1))
     coords = floats(ak.to_numpy(ak.flatten(curves, axis=1)), "coordinates")
 
-    def back(coords: Floats, offsets: Offsets, closed: NDArray[np.bool_]) -> Any:
-        return ak.unflatten(ak.from_numpy(coords), np.diff(offsets))
+    return Ragged(coords, offsets_of(counts), _awkward_back)
 
-    return Ragged(coords, offsets_of(counts), back)
+
+def _awkward_back(coords: Floats, offsets: Offsets, closed: NDArray[np.bool_]) -> Any:
+    import awkward as ak
+
+    return ak.unflatten(ak.from_numpy(coords), np.diff(offsets))
+
+
+def _sequence_back(coords: Floats, offsets: Offsets, closed: NDArray[np.bool_]) -> Any:
+    from nibabel.streamlines import ArraySequence
+
+    sequence = ArraySequence()
+    sequence._data = coords
+    sequence._offsets, sequence._lengths = offsets[:-1].copy(), np.diff(offsets)
+    return sequence
 
 
 def _of_sequence(curves: Any) -> Ragged:
-    from nibabel.streamlines import ArraySequence
-
     begins, counts = np.asarray(curves._offsets, np.int64), np.asarray(curves._lengths, np.int64)
     data = curves._data
     offsets = offsets_of(counts)
@@ -186,55 +240,108 @@ def _of_sequence(curves: Any) -> Ragged:
         # A selection: its rows lie apart.
         data = curves.copy()._data
 
-    def back(coords: Floats, offsets: Offsets, closed: NDArray[np.bool_]) -> Any:
-        sequence = ArraySequence()
-        sequence._data = coords
-        sequence._offsets, sequence._lengths = offsets[:-1].copy(), np.diff(offsets)
-        return sequence
-
-    return Ragged(floats(data, "coordinates"), offsets, back)
+    return Ragged(floats(data, "coordinates"), offsets, _sequence_back)
 
 
-def per_point(values: Any, curves: Ragged, what: str) -> Floats:
-    """A number for every point: as curves are given, or one list for curves of equal length."""
-    total = int(curves.offsets[-1])
+def per_point(values: Any, curves: Ragged, what: str, converted: Callable[[Any, str], Floats] = floats) -> Floats:
+    """A number for every point: a list a curve, shaped as the curves are; or one list for curves of equal length.
+
+    Parameters
+    ----------
+    converted : callable
+        Makes floats of what is brought, and raises for what it cannot read.
+    """
+    counts = curves.counts
     module = type(values).__module__.partition(".")[0]
+    if module in ("pyarrow", "awkward"):
+        flat, own = _lists_of(values, what, module, converted)
+        _expect_counts(own, counts, what)
+        return flat
+    if isinstance(values, (list, tuple)) or isinstance(values, np.ndarray) and values.dtype == object:
+        if len(values) > 0 and np.ndim(values[0]) > 0:
+            lists = [converted(one, f"{what} of curve {i}").reshape(-1) for i, one in enumerate(values)]
+            _expect_counts(np.array([len(one) for one in lists]), counts, what)
+            return np.concatenate(lists)
+    array = converted(values, what)
+    if array.ndim > 1:
+        if array.ndim != 2 or array.shape[0] != len(counts) or not (counts == array.shape[1]).all():
+            shape = f"({len(counts)}, {counts[0]})" if len(counts) and (counts == counts[0]).all() else "a list a curve"
+            raise ValueError(f"{what} has the shape {array.shape}; it must be as the points are: {shape}")
+        return array.reshape(-1)
+    if curves.flat and array.size == int(curves.offsets[-1]):
+        return array.reshape(-1)
+    if len(counts) > 0 and (counts == array.size).all():
+        if len(counts) == array.size > 1 and what != "t":
+            raise ValueError(
+                f"{what} has {array.size} numbers for {len(counts)} curves of as many points: give a number a point, of the shape "
+                f"({len(counts)}, {array.size}), as numpy.broadcast_to makes it"
+            )
+        return np.tile(array.reshape(-1), len(counts))
+    if array.size == 0 and not counts.any():
+        return array.reshape(-1)
+    raise ValueError(f"{what} has {array.size} numbers, and the curves have {_several(counts)}: give a list a curve")
+
+
+def _lists_of(values: Any, what: str, module: str, converted: Callable[[Any, str], Floats]) -> tuple[Floats, NDArray[Any]]:
+    """The numbers of lists of pyarrow or awkward, and how many each list has."""
     if module == "pyarrow":
         from . import _arrow
 
-        flat = floats(_arrow.numbers(values), what)
-    elif module == "awkward":
-        import awkward as ak
+        flat, counts = _arrow.lists_of_numbers(values)
+        return converted(flat, what).reshape(-1), counts
+    import awkward as ak
 
-        flat = floats(ak.to_numpy(ak.flatten(values, axis=None)), what)
-    elif isinstance(values, np.ndarray) and values.dtype != object:
-        flat = floats(values, what).reshape(-1)
-    elif len(values) > 0 and np.ndim(values[0]) > 0:
-        flat = np.concatenate([floats(one, what) for one in values])
-    else:
-        flat = floats(values, what)
-    counts = curves.counts
-    if flat.size != total and len(counts) > 0 and (counts == flat.size).all():
-        flat = np.tile(flat, len(counts))
-    if flat.size != total:
-        raise ValueError(f"{what}: {flat.size} numbers for {total} points: give one a point")
-    return flat
+    return converted(ak.to_numpy(ak.flatten(values, axis=None)), what).reshape(-1), ak.to_numpy(ak.num(values, axis=1))
+
+
+def _several(counts: NDArray[Any]) -> str:
+    own = np.unique(counts)
+    return f"{own[0]} points" if len(own) == 1 else f"{own[0]} to {own[-1]} points" if len(own) else "no points"
+
+
+def _expect_counts(own: NDArray[Any], counts: NDArray[Any], what: str) -> None:
+    """Whether there is a list for every curve, with a number a point."""
+    if len(own) != len(counts):
+        raise ValueError(f"{what} has lists for {len(own)} curves; there are {len(counts)}")
+    other = np.flatnonzero(own != counts)
+    if len(other):
+        i = int(other[0])
+        raise ValueError(f"{what} has {own[i]} numbers for the {counts[i]} points of curve {i}: give one a point")
 
 
 def vectors_per_point(values: Any, curves: Ragged, what: str) -> Floats:
     """A vector for every point; rows of NaN have none."""
-    given = ragged(values) if not (isinstance(values, np.ndarray) and values.ndim == 2) else None
-    coords = floats(values, what) if given is None else given.coords
-    if coords.shape != curves.coords.shape:
-        raise ValueError(f"{what} have the shape {coords.shape}; it must be that of the points, {curves.coords.shape}")
-    return coords
+    if isinstance(values, np.ndarray) and values.ndim == 2:
+        coords = floats(values, what)
+        if not (curves.flat or len(curves) == 1) or len(coords) != len(curves.coords):
+            raise ValueError(f"{what} has the shape {coords.shape}; it must be as the points are: a list of vectors a curve")
+        return coords
+    given = ragged(values)
+    _expect_counts(given.counts, curves.counts, what)
+    if given.coords.shape[1] != (2 if what == "widths" else curves.coords.shape[1]):
+        raise ValueError(f"{what} has vectors of {given.coords.shape[1]} numbers for points of {curves.coords.shape[1]}")
+    return given.coords
+
+
+def flags(values: Any, what: str) -> NDArray[np.bool_]:
+    """True and False, or 1 and 0."""
+    array = np.asarray(values)
+    if array.dtype.kind not in "biu" or not np.isin(array, (0, 1)).all():
+        raise TypeError(f"{what} holds {array.dtype if array.dtype.kind != 'f' else 'numbers'}; its flags are True or False")
+    return array.astype(bool)
+
+
+def flags_per_point(values: Any, curves: Ragged, what: str) -> NDArray[np.bool_]:
+    """A flag for every point."""
+    converted = lambda one, what: flags(one, what).astype(np.float64)  # noqa: E731
+    return per_point(values, curves, what, converted).astype(bool)
 
 
 def per_curve(values: Any, curves: Ragged, what: str) -> NDArray[np.bool_]:
     """A flag for every curve, from one for all or one for each."""
-    flags = np.asarray(values, bool)
-    if flags.ndim == 0:
-        return np.full(len(curves), bool(flags))
-    if flags.shape != (len(curves),):
-        raise ValueError(f"{what}: {flags.size} flags for {len(curves)} curves: give one a curve")
-    return flags
+    own = flags(values, what)
+    if own.ndim == 0:
+        return np.full(len(curves), bool(own))
+    if own.shape != (len(curves),):
+        raise ValueError(f"{what}: {own.size} flags for {len(curves)} curves: give one a curve")
+    return own

@@ -5,6 +5,7 @@ Points may be plain lists, too, as Spark and Parquet have them.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -34,17 +35,33 @@ def _lists(values: Any) -> tuple[Any, Offsets]:
     return items, offsets - offsets[0]
 
 
-def numbers(values: Any) -> Floats:
-    """The numbers of lists of numbers; a null is NaN."""
+def lists_of_numbers(values: Any) -> tuple[Any, Any]:
+    """The numbers or times of lists, and how many each list has; a null is NaN."""
     array = _array(values)
-    if _is_list(array.type):
-        array = array.flatten()
-    return floats(array.to_numpy(zero_copy_only=False), "numbers")
+    if not _is_list(array.type):
+        raise TypeError(f"a pyarrow array of numbers a curve holds lists, not {array.type}")
+    items, offsets = _lists(array)
+    return items.to_numpy(zero_copy_only=False), np.diff(offsets)
+
+
+#: Names of the coordinates of points in structs, in their order.
+_NAMES = (("x", "lon", "long", "lng", "longitude"), ("y", "lat", "latitude"), ("z", "alt", "altitude", "ele", "elevation", "height"))
+
+
+def _fields(names: list[str]) -> list[int]:
+    """The fields of a struct that are x, y and z."""
+    found = [[k for k, name in enumerate(names) if name.lower() in words] for words in _NAMES]
+    other = [name for name in names if not any(name.lower() in words for words in _NAMES)]
+    if other or any(len(own) > 1 for own in found) or not found[0] or not found[1]:
+        raise ValueError(f"points have the fields {', '.join(names)}; they must be x, y and perhaps z, or lon, lat and perhaps alt")
+    return [own[0] for own in found if own]
 
 
 def ragged(curves: Any) -> Ragged:
     """The points of lists of points."""
     given = _array(curves)
+    if not isinstance(given, pa.Array):
+        raise TypeError(f"curves are a pyarrow {type(curves).__name__}: give its column of lists of points")
     if given.null_count:
         given = pa.array([[] if one is None else one for one in given.to_pylist()], given.type)
         nulls = ~np.asarray(_array(curves).is_valid())
@@ -54,33 +71,38 @@ def ragged(curves: Any) -> Ragged:
     kind = items.type
     if pa.types.is_struct(kind):
         names = [kind.field(k).name for k in range(kind.num_fields)]
-        columns = [items.field(k).to_numpy(zero_copy_only=False) for k in range(kind.num_fields)]
-        coords = floats(np.stack(columns, axis=1) if columns else np.zeros((0, 2)), "coordinates")
+        fields = _fields(names)
+        columns = [items.field(k).to_numpy(zero_copy_only=False) for k in fields]
+        coords = floats(np.stack(columns, axis=1), "coordinates")
     elif pa.types.is_fixed_size_list(kind):
         width = kind.list_size
         flat = items.values.slice(items.offset * width, len(items) * width)
         coords = floats(flat.to_numpy(zero_copy_only=False), "coordinates").reshape(len(items), width)
-        names = []
+        names, fields = [], []
     elif _is_list(kind):
         flat, ends = _lists(items)
         width = _common_width(np.diff(ends), offsets)
         coords = floats(flat.to_numpy(zero_copy_only=False), "coordinates").reshape(len(items), width)
-        names = []
+        names, fields = [], []
     else:
         raise TypeError(f"points are lists or structs of numbers in pyarrow, not {kind}")
 
-    def back(coords: Floats, offsets: Offsets, closed: Any) -> Any:
-        if names:
-            columns = [np.ascontiguousarray(coords[:, k]) for k in range(len(names))]
-            points = pa.StructArray.from_arrays([pa.array(column) for column in columns], names=names)
-        elif _is_list(kind):
-            ends = np.arange(len(coords) + 1, dtype=np.int64) * coords.shape[1]
-            points = _lists_of(pa.array(coords.reshape(-1)), ends, kind)
-        else:
-            points = pa.FixedSizeListArray.from_arrays(pa.array(coords.reshape(-1)), coords.shape[1])
-        return _lists_of(points, offsets, given.type, nulls)
-
+    back = partial(_back, names, fields, kind, given.type, nulls)
     return Ragged(coords, offsets, back)
+
+
+def _back(
+    names: list[str], fields: list[int], kind: Any, type_of_lists: Any, nulls: Any, coords: Floats, offsets: Offsets, closed: Any
+) -> Any:
+    if names:
+        columns = [pa.array(np.ascontiguousarray(coords[:, k])) for k in range(len(fields))]
+        points = pa.StructArray.from_arrays([columns[fields.index(k)] for k in range(len(names))], names=names)
+    elif _is_list(kind):
+        ends = np.arange(len(coords) + 1, dtype=np.int64) * coords.shape[1]
+        points = _lists_of(pa.array(coords.reshape(-1)), ends, kind)
+    else:
+        points = pa.FixedSizeListArray.from_arrays(pa.array(coords.reshape(-1)), coords.shape[1])
+    return _lists_of(points, offsets, type_of_lists, nulls)
 
 
 def _common_width(widths: Any, offsets: Offsets) -> int:

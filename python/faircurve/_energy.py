@@ -31,6 +31,13 @@ class Energy:
 
     __rmul__ = __mul__
 
+    def __radd__(self, other: object) -> Energy:
+        # sum() begins with 0.
+        return self if other == 0 else NotImplemented
+
+    def __truediv__(self, divisor: float) -> Energy:
+        return self * (1.0 / divisor)
+
     def has(self, name: str) -> bool:
         """Whether an energy takes part."""
         return any(term == name and weight > 0 for term, weight, _ in self.terms)

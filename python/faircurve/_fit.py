@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import warnings
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -9,22 +11,77 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._arrays import Floats, Offsets, Ragged, floats, offsets_of, split
+from . import _times
+from ._arrays import Floats, Offsets, Ragged, _list_back, offsets_of, split
+from ._times import Clock
+
+
+#: The most curves of the picture in a notebook.
+PICTURED = 500
 
 
 class Fit:
     """Fitted curves, as many as were given, in their order.
 
     A curve that cannot be fitted has a status and a message, and its values are those of its input as a polyline.
-    Parameters are the ``t`` that was given, else sums of chord lengths (arc lengths for :class:`Smooth`).
+    Parameters are the ``t`` that was given, dates among them. Else they begin with 0 and end with the length of the points'
+    polygon (arc length for :class:`Smooth`); those of inner points are as the method's ``parametrisation`` says.
+
+    What there is of each curve, such as ``status`` and ``length``, is an array, and for a GeoSeries or GeoDataFrame a Series with
+    the index of the rows of curves: it aligns with the frame where every row has one curve, and pandas refuses it where rows have
+    several. ``rows`` has the row of each curve, and ``to_frame`` one row a feature.
+
+    A fit that was pickled is made again, from its points and its method.
     """
 
-    def __init__(self, fit: _core.Fit, curves: Ragged, dimension: int) -> None:
+    def __init__(self, fit: _core.Fit, curves: Ragged, dimension: int, clock: Clock | None = None, recipe: Any = None) -> None:
         self._fit = fit
         self._curves = curves
         self._dimension = dimension
+        self._clock = clock
+        #: The method, and what it was asked with.
+        self._recipe = recipe
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        if isinstance(self._recipe, _Selection):
+            return _selected_again, (self._recipe.whole, self._recipe.numbers)
+        method, options = self._recipe
+        if "CPU" in self.device:
+            options = {**options, "device": "cpu"}
+        return _fitted_again, (method, self._curves, options)
+
+    def __copy__(self) -> Fit:
+        return self
+
+    def __deepcopy__(self, memo: Any) -> Fit:
+        # Nothing of it changes.
+        return self
 
     # --- what came of it ---
+
+    @property
+    def rows(self) -> NDArray[np.int64]:
+        """The row of each curve in what was given: of a geometry with parts or rings all have its row."""
+        rows = self._curves.rows
+        return np.arange(len(self)) if rows is None else rows
+
+    def _of_curves(self, values: Any) -> Any:
+        """Values of curves: a Series with the labels of their rows where rows have labels."""
+        if self._curves.index is None:
+            return values
+        import pandas as pd
+
+        return pd.Series(values, index=self._curves.index.take(self.rows))
+
+    @functools.cached_property
+    def _report(self) -> dict[str, Any]:
+        columns = dict(self._fit.report())
+        columns["message"] = [None if text is None else in_python(text) for text in columns["message"]]
+        for name in ("status", "message"):
+            words = np.empty(len(columns[name]), dtype=object)
+            words[:] = columns[name]
+            columns[name] = words
+        return columns
 
     def report(self) -> dict[str, Any]:
         """One entry a curve in every column: status, message, energy, iterations, gradient_norm, max_deviation, smoothing, gain,
@@ -35,25 +92,54 @@ class Fit:
         fair curves saved (NaN for one start), ``loops`` how many times as long as their points' polygon fair curves with
         loops are (NaN for others), ``energy`` in units of the input.
         """
-        columns = dict(self._fit.report())
-        columns["status"] = np.array(columns["status"], dtype=object)
-        columns["message"] = np.array(columns["message"], dtype=object)
-        return columns
+        return {name: self._of_curves(values.copy()) for name, values in self._report.items()}
+
+    def to_frame(self, per: str = "row") -> Any:
+        """A data frame of the report, lengths and largest curvatures.
+
+        Parameters
+        ----------
+        per : {"row", "curve"}
+            A row for each row of what was given, with its labels: the status and the message of the first curve that did not
+            converge, sums of energy, iterations and length, the largest of the rest. Rows without a curve are missing. Or a row for each
+            curve, with the column ``row``.
+        """
+        import pandas as pd
+
+        if per not in ("row", "curve"):
+            raise ValueError(f"per is {per!r}; 'row' and 'curve' are possible")
+        frame = pd.DataFrame({**self._report, "length": self._length, "max_curvature": self._max_curvature})
+        index = self._curves.index
+        if per == "curve":
+            frame.insert(0, "row", self.rows)
+            return frame if index is None else frame.set_index(index.take(self.rows))
+        # Of a row's curves the one with the worst status comes first.
+        frame["row"] = self.rows
+        order = np.argsort((self._report["status"] != "converged") * -1, kind="stable")
+        worst = frame.iloc[order].groupby("row")[["status", "message"]].first()
+        sums, all_names = ["energy", "iterations", "length"], [name for name in frame if name not in ("row", "status", "message")]
+        numbers = frame.groupby("row")[all_names].agg({name: "sum" if name in sums else "max" for name in all_names})
+        made = worst.join(numbers)
+        if index is None:
+            return made
+        made = made.reindex(np.arange(len(index)))
+        return made.set_index(index)
 
     @property
-    def status(self) -> NDArray[Any]:
-        """``"converged"``, or why not: one word a curve."""
-        return np.asarray(self.report()["status"])
+    def status(self) -> Any:
+        """One word a curve: ``"converged"``, or why not: ``"not_converged"``, ``"unbounded"``, ``"no_minimiser"``, ``"not_unique"``,
+        ``"infeasible"``, ``"degenerate"`` or ``"invalid"``."""
+        return self._of_curves(self._report["status"].copy())
 
     @property
-    def messages(self) -> list[str | None]:
+    def messages(self) -> Any:
         """A sentence for every curve with something to say."""
-        return list(self.report()["message"])
+        return self._of_curves(list(self._report["message"]))
 
     @property
-    def energy(self) -> Floats:
+    def energy(self) -> Any:
         """The energy of every curve, in units of the input."""
-        return np.asarray(self.report()["energy"])
+        return self._of_curves(self._report["energy"].copy())
 
     @property
     def device(self) -> str:
@@ -68,9 +154,10 @@ class Fit:
         Parameters
         ----------
         u : float, (m,) array, or a list of B arrays
-            Parameters, the same for all curves or each curve's own. Beyond a curve's ends its ends are taken.
+            Parameters, the same for all curves or each curve's own: numbers, or dates of any unit where ``t`` was dates. Beyond a
+            curve's ends its ends are taken.
         nu : int
-            Order of the derivative by the parameter.
+            Order of the derivative by the parameter, for dates by seconds.
 
         Returns
         -------
@@ -100,11 +187,11 @@ class Fit:
         if ragged or isinstance(u, np.ndarray) and (u.ndim == 2 or u.dtype == object):
             if len(u) != len(self):
                 raise ValueError(f"{len(u)} lists of parameters for {len(self)} curves: give one list a curve, or one for all")
-            lists = [floats(one, "parameters").reshape(-1) for one in u]
+            lists = [_times.parameters(one, self._clock).reshape(-1) for one in u]
             offsets = offsets_of([len(one) for one in lists])
             flat = np.concatenate(lists) if lists else np.zeros(0)
             return flat, offsets, (offsets if not isinstance(u, np.ndarray) else (len(self), -1))
-        shared = floats(u, "parameters")
+        shared = _times.parameters(u, self._clock)
         return shared.reshape(-1), None, (len(self), *shared.shape) if np.ndim(u) > 0 else (len(self),)
 
     def _shaped(self, values: Floats, shape: Any, inner: tuple[int, ...]) -> Any:
@@ -114,7 +201,7 @@ class Fit:
             shape = (shape[0], values.size // max(1, shape[0] * int(np.prod(inner))))
         return values.reshape(*shape, *inner)
 
-    def sample(self, count: int | None = None, *, per_span: int | None = None, points: int | None = None, spacing: float | None = None, tolerance: float | None = None, out: Floats | None = None) -> Any:
+    def sample(self, count: int | None = None, *, per_span: int | None = None, points: int | None = None, spacing: float | None = None, tolerance: float | None = None, out: Floats | None = None, return_t: bool = False) -> Any:
         """Points along the curves, as the kind of thing that was fitted.
 
         Parameters
@@ -132,6 +219,8 @@ class Fit:
         out : array
             Memory for the samples, C-contiguous float64 of any shape with as many numbers. Memory that is kept saves most
             of the time that new memory takes.
+        return_t : bool
+            Whether the parameters of the samples are returned, too: a list of arrays.
 
         Returns
         -------
@@ -143,27 +232,82 @@ class Fit:
         if len(asked) > 1:
             raise TypeError(f"samples are taken one way: {' or '.join(how for how, _ in asked)}")
         how, value = asked[0] if asked else ("per_span", 16)
+        if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
+            raise TypeError(f"{how} is {value!r}; it must be a number")
         if not value > 0:
             raise ValueError(f"{how} is {value}; it must be positive")
+        if how in ("count", "per_span", "points") and value != int(value):
+            raise ValueError(f"{how} is {value}; it must be a whole number")
+        if how in ("spacing", "tolerance"):
+            warn_of_degrees(self._curves, self._recipe, how)
         flat = None if out is None else _writable(out)
         coords, offsets = self._fit.sample(how, float(value), flat)
-        return self._curves.back(coords.reshape(-1, self._dimension), offsets, self._closed())
+        made = self._curves.back(coords.reshape(-1, self._dimension), offsets, self._closed())
+        if isinstance(made, np.ndarray) and how in ("spacing", "tolerance"):
+            # Their number is each curve's own.
+            made = list(made)
+        if not return_t:
+            return made
+        t = split(self._fit.sample_parameters(how, float(value)), offsets)
+        return made, [self._dated(one) for one in t]
 
-    @property
-    def length(self) -> Floats:
-        """Arc lengths, to a relative error of 1e-9."""
+    def _dated(self, seconds: Floats) -> Any:
+        return seconds if self._clock is None else self._clock.back(seconds)
+
+    def at(self, times: Any) -> Any:
+        """Tracks at times, as a table of the kind that :func:`from_dataframe` was given: pandas or polars.
+
+        Parameters
+        ----------
+        times : str, timedelta, number, or array
+            A step, such as ``"1h"``: its multiples between the first and the last time of each track. Or times, the same for all;
+            those beyond a track's ends are left out.
+
+        Returns
+        -------
+        A row for each track and time: the columns of tracks, times and coordinates as they were called; ``speed``, in metres by a
+        second for longitudes and latitudes, else in units of the coordinates by one of the time; ``heading``, in degrees from north
+        (y) to the right; and the columns that are carried, numbers in proportion to the time, others those of the nearer point.
+
+        Examples
+        --------
+        >>> import pandas as pd, faircurve as fc
+        >>> table = pd.DataFrame({"id": ["a"] * 3, "x": [0.0, 1, 2], "y": [0.0, 1, 0], "t": [0.0, 10, 20]})
+        >>> fit = fc.Natural().fit(fc.from_dataframe(table, by="id", coords=("x", "y"), t="t"))
+        >>> fit.at(5)["t"].tolist()
+        [0.0, 5.0, 10.0, 15.0, 20.0]
+        """
+        table = self._curves.table
+        if table is None:
+            raise TypeError("times are of tracks of a table: make curves by faircurve.from_dataframe(table, by=…, coords=…, t=…)")
+        return table.at(self, times)
+
+
+    @functools.cached_property
+    def _length(self) -> Floats:
         return self._fit.lengths()
 
-    @property
-    def max_curvature(self) -> Floats:
-        """Largest curvatures (1/length), infinite at cusps."""
+    @functools.cached_property
+    def _max_curvature(self) -> Floats:
         return self._fit.max_curvatures()
 
     @property
-    def knots(self) -> list[Floats]:
+    def length(self) -> Any:
+        """Arc lengths, to a relative error of 1e-9."""
+        warn_of_degrees(self._curves, self._recipe, "length")
+        return self._of_curves(self._length.copy())
+
+    @property
+    def max_curvature(self) -> Any:
+        """Largest curvatures (1/length), infinite at cusps."""
+        warn_of_degrees(self._curves, self._recipe, "max_curvature")
+        return self._of_curves(self._max_curvature.copy())
+
+    @property
+    def knots(self) -> list[Any]:
         """The parameters of each curve's knots; a closed curve has the one more at which it meets its first point again."""
         t, offsets = self._fit.knots()
-        return split(t, offsets)
+        return [self._dated(one) for one in split(t, offsets)]
 
     def to_bezier(self, tolerance: float | None = None) -> list[Floats]:
         """The curves as cubic Béziers: an array (k, 4, d) each, exact for splines.
@@ -198,15 +342,16 @@ class Fit:
             numbers = [number]
         else:
             numbers = np.arange(len(self))[which if isinstance(which, slice) else np.asarray(which)].tolist()
-        lines = split(self._curves.coords, self._curves.offsets)
-        closed = self._curves.closed
+        curves = self._curves
+        ends = [(int(curves.offsets[k]), int(curves.offsets[k + 1])) for k in numbers]
         chosen = Ragged(
-            np.concatenate([lines[k] for k in numbers]) if numbers else self._curves.coords[:0],
-            offsets_of([len(lines[k]) for k in numbers]),
-            lambda coords, offsets, closed: split(coords, offsets),
-            None if closed is None else closed[numbers],
+            np.concatenate([curves.coords[a:b] for a, b in ends]) if ends else curves.coords[:0],
+            offsets_of([b - a for a, b in ends]),
+            _list_back,
+            None if curves.closed is None else curves.closed[numbers],
+            degrees=curves.degrees,
         )
-        return Fit(self._fit.select(numbers), chosen, self._dimension)
+        return Fit(self._fit.select(numbers), chosen, self._dimension, self._clock, _Selection(self, numbers))
 
     def __iter__(self) -> Iterator[Fit]:
         return (self[k] for k in range(len(self)))
@@ -219,10 +364,11 @@ class Fit:
         return self._fit.svg(width, points)
 
     def _repr_svg_(self) -> str:
-        return self.to_svg()
+        """A picture for notebooks, of the first curves if they are many."""
+        return (self if len(self) <= PICTURED else self[:PICTURED]).to_svg()
 
     def __repr__(self) -> str:
-        words, counts = np.unique(self.status, return_counts=True)
+        words, counts = np.unique(self._report["status"].astype(str), return_counts=True)
         statuses = ", ".join(f"{count} {word}" for word, count in zip(words, counts))
         return f"<faircurve.Fit: {len(self)} curves ({statuses}), {self.device}>"
 
@@ -235,16 +381,73 @@ class Fit:
         from matplotlib.collections import LineCollection
 
         if ax is None:
-            ax = plt.gca()
+            ax = plt.figure().add_subplot(projection="3d") if self._dimension == 3 else plt.gca()
+        in_space = ax.name == "3d" and self._dimension == 3
+        if self._dimension == 3 and not in_space:
+            warnings.warn("curves in space are drawn without their third coordinate: give axes with projection='3d'", stacklevel=2)
         coords, offsets = self._fit.sample("per_span", 16.0)
-        lines = split(coords.reshape(-1, self._dimension)[:, :2], offsets)
+        width = 3 if in_space else 2
+        lines = split(coords.reshape(-1, self._dimension)[:, :width], offsets)
         rings = self._closed().tolist()
-        ax.add_collection(LineCollection([np.concatenate([l, l[:1]]) if r else l for l, r in zip(lines, rings)], **options))
+        lines = [np.concatenate([l, l[:1]]) if r else l for l, r in zip(lines, rings)]
+        if in_space:
+            from mpl_toolkits.mplot3d.art3d import Line3DCollection
+
+            ax.add_collection3d(Line3DCollection(lines, **options))
+        else:
+            ax.add_collection(LineCollection(lines, **options))
         if points:
-            ax.plot(self._curves.coords[:, 0], self._curves.coords[:, 1], ".", color="0.4", markersize=3)
-        ax.autoscale_view()
-        ax.set_aspect("equal")
+            ax.plot(*self._curves.coords[:, :width].T, ".", color="0.4", markersize=3)
+        if not in_space:
+            ax.autoscale_view()
+            ax.set_aspect("equal")
         return ax
+
+
+#: What Rust's names are in Python.
+_NAMES = (
+    (" (`ReadOptions::sorted`)", ""),
+    ("`spline::Smoothing`", "Smoothing"),
+    ("`Parametrisation::", "parametrisation `"),
+)
+
+
+def in_python(text: str) -> str:
+    """A sentence of the library with the names that Python has."""
+    for rust, own in _NAMES:
+        text = text.replace(rust, own)
+    return text
+
+
+class _Selection:
+    """Some curves of a fit, as its recipe."""
+
+    def __init__(self, whole: Fit, numbers: list[int]) -> None:
+        self.whole, self.numbers = whole, numbers
+
+    def __getitem__(self, k: int) -> Any:
+        return self.whole._recipe[k]
+
+
+def _selected_again(whole: Fit, numbers: list[int]) -> Fit:
+    return whole[numbers]
+
+
+def _fitted_again(method: Any, curves: Ragged, options: dict[str, Any]) -> Fit:
+    fit: Fit = method.fit(curves, **options)
+    return fit
+
+
+def warn_of_degrees(curves: Ragged, recipe: Any, what: str) -> None:
+    """Warns, as GeoPandas does, where a length is one in degrees."""
+    method = recipe[0] if recipe else None
+    if curves.degrees and getattr(method, "surface", None) is None:
+        warnings.warn(
+            f"Geometry is in a geographic CRS. Results from '{what}' are likely incorrect, since they are in degrees. Use "
+            "'GeoSeries.to_crs()' to re-project geometries to a projected CRS before this operation, or surface='wgs84' for metres.",
+            UserWarning,
+            stacklevel=3,
+        )
 
 
 def _pieces(chain: Floats, ring: bool) -> Floats:

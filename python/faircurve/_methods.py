@@ -9,16 +9,19 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from . import _core
-from ._arrays import Ragged, per_curve, per_point, ragged, vectors_per_point
+from . import _times
+from ._arrays import Ragged, flags_per_point, floats, per_curve, per_point, ragged, vectors_per_point
 from ._energy import Energy, bending, energy_of, geodesic_bending, tautness
-from ._fit import Fit
+from ._fit import Fit, warn_of_degrees
 from ._surfaces import Surface, made
+from ._times import Clock
 
+_PARAMETRISATIONS = ("auto", "chord", "centripetal", "uniform", "given")
 Parametrisation: TypeAlias = Literal["auto", "chord", "centripetal", "uniform", "given"]
 
 
-def _batch(curves: Ragged, *, closed: Any, **columns: Any) -> _core.Batch:
-    """The batch with what is given of its points."""
+def _batch(curves: Ragged, *, closed: Any, topology: bool | None = False, t: Any = None, **columns: Any) -> tuple[_core.Batch, Clock | None]:
+    """The batch with what is given of its points, and what its parameters stand for."""
     given: dict[str, Any] = {}
     if isinstance(closed, str):
         if closed != "auto":
@@ -28,16 +31,69 @@ def _batch(curves: Ragged, *, closed: Any, **columns: Any) -> _core.Batch:
         given["closed"] = per_curve(closed, curves, "closed").tolist()
     elif curves.closed is not None:
         given["closed"] = curves.closed.tolist()
+    clock = curves.clock
+    if t is not None:
+        given["t"], clock = _times.times(t, curves)
+    elif curves.t is not None:
+        given["t"] = curves.t
     for name, values in columns.items():
         if values is None:
             continue
         if name in ("tangents", "curvatures", "widths"):
             given[name] = vectors_per_point(values, curves, name)
         elif name in ("pinned", "known"):
-            given[name] = per_point(values, curves, name).astype(bool).tolist()
+            given[name] = flags_per_point(values, curves, name).tolist()
         else:
             given[name] = per_point(values, curves, name)
-    return _core.Batch(curves.coords, curves.offsets, **given)
+    return _core.Batch(curves.coords, curves.offsets, topology=bool(topology), **given), clock
+
+
+def _recipe(method: Any, **options: Any) -> tuple[Any, dict[str, Any]]:
+    """How a fit is made again."""
+    return method, {name: value for name, value in options.items() if value is not None}
+
+
+def _number(name: str, value: Any, *, least: float = 0.0, above: bool = True) -> None:
+    """Raises for an option that is no number, or not in its range."""
+    if value is None:
+        return
+    if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
+        kind = f"an array of the shape {np.shape(value)}" if np.ndim(value) else repr(value)
+        raise TypeError(f"{name} is {kind}; it must be a number")
+    if not (value > least if above else value >= least):
+        raise ValueError(f"{name} is {value}; it must be {'more than' if above else 'at least'} {least:g}")
+
+
+def _whole(name: str, value: Any, least: int = 1) -> None:
+    """Raises for an option that is no whole number, or too small."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+        raise TypeError(f"{name} is {value!r}; it must be a whole number")
+    if value < least:
+        raise ValueError(f"{name} is {value}; it must be at least {least}")
+
+
+def _distance(name: str, value: Any) -> None:
+    """Raises for a distance that is neither a positive number nor a part such as "2%"."""
+    if not isinstance(value, str):
+        _number(name, value)
+    elif not any(digit in value for digit in "123456789") or "-" in value.split("e")[0]:
+        raise ValueError(f"{name} is {value!r}; it must be a positive number, or a part such as '2%'")
+
+
+def _word(name: str, value: Any, words: tuple[str, ...]) -> None:
+    if value not in words:
+        raise ValueError(f"{name} is {value!r}; {', '.join(words)} are possible")
+
+
+def _places(device: Any, precision: Any) -> None:
+    for name, value in (("device", device), ("precision", precision)):
+        if not isinstance(value, str):
+            raise TypeError(f"{name} is {value!r}; it must be a word such as 'auto'")
+
+
+def _shares(topology: bool | None, curves: Ragged, closed: Any) -> bool:
+    """Whether borders that polygons share are found: by default where rows of a GeoSeries are polygons."""
+    return curves.polygons and closed is None if topology is None else topology
 
 
 @dataclass(frozen=True)
@@ -49,7 +105,8 @@ class Natural:
     ends : {"auto", "natural", "clamped"}
         Clamped where a tangent is given, else natural (p″ = 0). Closed curves are periodic.
     parametrisation : {"auto", "chord", "centripetal", "uniform", "given"}
-        Where no ``t`` is given, "auto" is centripetal, and with tangents chord lengths.
+        Where no ``t`` is given, "auto" is centripetal, and with tangents chord lengths. The last parameter is the length of the
+        points' polygon with each of them: ``fit.knots`` has all.
     preserve_shape : bool
         Whether planar curves turn only to the side to which their points turn. Splines that do not are replaced by the C¹ cubic
         splines of least ∫|p″|² dt that do; ``report()`` has the knots held, and the cost in energy.
@@ -74,7 +131,12 @@ class Natural:
     surface: Surface | None = None
     off_surface: float | None = None
 
-    def fit(self, curves: Any, *, t: Any = None, closed: Any = None, tangents: Any = None, device: str = "auto", precision: str = "auto") -> Fit:
+    def __post_init__(self) -> None:
+        _word("ends", self.ends, ("auto", "natural", "clamped"))
+        _word("parametrisation", self.parametrisation, _PARAMETRISATIONS)
+        _number("off_surface", self.off_surface)
+
+    def fit(self, curves: Any, *, t: Any = None, closed: Any = None, tangents: Any = None, topology: bool | None = None, device: str = "auto", precision: str = "auto") -> Fit:
         """Fits every curve.
 
         Parameters
@@ -82,11 +144,16 @@ class Natural:
         curves
             Any batch: see :func:`faircurve.ragged`.
         t : optional
-            Parameters of the points, increasing along each curve: shaped as the curves are, or one list for all.
+            Parameters of the points, increasing along each curve: shaped as the curves are, or one list for all. Numbers, or
+            dates (``datetime64``, pandas with a zone or without, pyarrow), which are seconds for derivatives; by default the M of
+            geometries that have it.
         closed : bool, "auto" or (B,) flags
-            Which curves are closed; "auto" closes those whose last point repeats their first. Rings of polygons are.
+            Which curves are closed; "auto" closes those whose last point repeats their first. Geometries are read so.
         tangents : optional
             A vector a point (units of the input by those of t), NaN where there is none. At ends only.
+        topology : bool, optional
+            Whether borders that curves share are found, fitted once and stay shared, and are drawn tighter where they would cross
+            in samples. By default of polygons of a GeoSeries or GeoDataFrame. A junction of three borders stays where it is.
         device : {"auto", "cpu", "gpu", "gpu:N", "pci:0000:65:00.0"}
             What does the work; "auto" is a GPU where it is sooner. :func:`faircurve.adapters` lists the GPUs.
         precision : {"auto", "f32", "f64"}
@@ -104,14 +171,17 @@ class Natural:
             A GPU that was asked for and is not there.
         """
         given = ragged(curves)
-        batch = _batch(given, closed=closed, t=t, tangents=tangents)
+        _places(device, precision)
+        shares = _shares(topology, given, closed) and self.surface is None
+        batch, clock = _batch(given, closed=closed, t=t, tangents=tangents, topology=shares)
         if self.surface is None:
             fit = _core.natural(batch, self.ends, self.parametrisation, self.preserve_shape, device, precision)
         elif self.preserve_shape:
             raise ValueError("splines in a surface keep no shape: leave preserve_shape out")
         else:
             fit = _core.in_surface(batch, made(self.surface), self.off_surface, self.ends, None, False, self.parametrisation, device, precision)
-        return Fit(fit, given, fit.dimension)
+        recipe = _recipe(self, t=t, closed=closed, tangents=tangents, topology=shares, device=device, precision=precision)
+        return Fit(fit, given, fit.dimension, clock, recipe)
 
 
 @dataclass(frozen=True)
@@ -120,8 +190,9 @@ class Smoothing:
 
     Parameters
     ----------
-    lam : float
-        λ of ∫|p″|² dt · λ + Σ w |p(t) − q|², 0 or more; larger is smoother. As in ``scipy.interpolate.make_smoothing_spline``.
+    lam : float or "gcv"
+        λ of ∫|p″|² dt · λ + Σ w |p(t) − q|², 0 or more; larger is smoother. As in ``scipy.interpolate.make_smoothing_spline``. "gcv"
+        chooses that of each curve by generalised cross-validation, as SciPy does without ``lam``.
     deviation : float or str
         The smoothest curve of this kind that moves no point by more than this: in units of the input, or a part of each
         curve's size (the diagonal of the box around its points), such as ``"2%"``.
@@ -133,12 +204,12 @@ class Smoothing:
     corners : {"auto", "straight"} or float, optional
         With ``within`` the corners that stay sharp: "auto" finds them at the scale of the distance, also in noise of half of it;
         "straight" takes those between straight lines; a number is the turn, in degrees, from which on a point is one.
-    pin_ends : bool
-        Whether the ends of open curves stay where they are.
+    pin_ends : bool, optional
+        Whether the ends of open curves stay where they are. By default they move with ``lam``, as SciPy's do, and else stay.
     parametrisation : {"auto", "chord", "centripetal", "uniform", "given"}
         Where no ``t`` is given, "auto" is chord lengths.
     surface, off_surface
-        As in :class:`Natural`. Splines in a surface take ``lam``.
+        As in :class:`Natural`. Splines in a surface take ``lam`` or ``tube``; on a globe distances are in metres.
 
     Examples
     --------
@@ -150,43 +221,63 @@ class Smoothing:
     True
     """
 
-    lam: float | None = None
+    lam: float | Literal["gcv"] | None = None
     deviation: float | str | None = None
     tube: float | str | None = None
     within: float | str | None = None
     corners: Literal["auto", "straight"] | float | None = None
-    pin_ends: bool = True
+    pin_ends: bool | None = None
     parametrisation: Parametrisation = "auto"
     surface: Surface | None = None
     off_surface: float | None = None
 
-    def fit(self, curves: Any, *, t: Any = None, closed: Any = None, tangents: Any = None, weights: Any = None, pinned: Any = None, device: str = "auto", precision: str = "auto") -> Fit:
+    def __post_init__(self) -> None:
+        amounts = {"lam": self.lam, "deviation": self.deviation, "tube": self.tube, "within": self.within}
+        asked = [name for name, value in amounts.items() if value is not None]
+        if len(asked) != 1:
+            raise TypeError(f"give one of lam, deviation, tube and within, as in Smoothing(lam=0.1), and not {' and '.join(asked) or 'none'}")
+        if self.lam is not None and not (isinstance(self.lam, str) and self.lam == "gcv"):
+            if isinstance(self.lam, str):
+                raise ValueError(f"lam is {self.lam!r}; it must be a number of 0 or more, or 'gcv'")
+            _number("lam", self.lam, above=False)
+        for name in ("deviation", "tube", "within"):
+            _distance(name, amounts[name])
+        if self.corners is not None and self.within is None:
+            raise ValueError(f"corners go with within, and not with {asked[0]}")
+        if isinstance(self.corners, str):
+            _word("corners", self.corners, ("auto", "straight"))
+        else:
+            _number("corners", self.corners, above=False)
+        _word("parametrisation", self.parametrisation, _PARAMETRISATIONS)
+        _number("off_surface", self.off_surface)
+
+    def fit(self, curves: Any, *, t: Any = None, closed: Any = None, tangents: Any = None, weights: Any = None, pinned: Any = None, topology: bool | None = None, device: str = "auto", precision: str = "auto") -> Fit:
         """Fits every curve. ``weights`` are positive numbers, one a point; ``pinned`` flags points that stay. ``tangents`` are
         met in a surface alone, at ends that stay.
 
         The other arguments are those of :meth:`Natural.fit`.
         """
-        amounts = [("lam", self.lam), ("deviation", self.deviation), ("tube", self.tube), ("within", self.within)]
-        asked = [(name, value) for name, value in amounts if value is not None]
-        if len(asked) != 1:
-            raise TypeError("give one of lam, deviation, tube and within: Smoothing(lam=0.1)")
-        name, value = asked[0]
-        if not isinstance(value, str) and not (value >= 0 if name == "lam" else value > 0):
-            raise ValueError(f"{name} is {value}; it must be {'0 or ' if name == 'lam' else ''}a positive number")
-        if self.corners is not None and name != "within":
-            raise ValueError(f"corners go with within, and not with {name}")
-        if isinstance(self.corners, str) and self.corners not in ("auto", "straight"):
-            raise ValueError(f"corners is {self.corners!r}; it must be 'auto', 'straight' or a number of degrees")
+        amounts = {"lam": self.lam, "deviation": self.deviation, "tube": self.tube, "within": self.within}
+        name, value = next((name, value) for name, value in amounts.items() if value is not None)
         corners = "none" if self.corners is None else str(self.corners)
+        pin_ends = self.lam is None if self.pin_ends is None else self.pin_ends
         given = ragged(curves)
-        batch = _batch(given, closed=closed, t=t, tangents=tangents, weights=weights, pinned=pinned)
+        _places(device, precision)
+        if name != "lam" and not isinstance(value, str):
+            warn_of_degrees(given, (self,), name)
+        shares = _shares(topology, given, closed) and self.surface is None
+        batch, clock = _batch(given, closed=closed, t=t, tangents=tangents, weights=weights, pinned=pinned, topology=shares)
         if self.surface is None:
-            fit = _core.smoothing(batch, name, str(value), corners, self.pin_ends, self.parametrisation, device, precision)
-        elif self.lam is None:
-            raise ValueError(f"smoothing splines in a surface take lam, and not {name}: within a distance of points ask for Fair(deviation=…)")
+            fit = _core.smoothing(batch, name, str(value), corners, pin_ends, self.parametrisation, device, precision)
+        elif self.within is not None:
+            raise ValueError("smoothing splines in a surface take lam, deviation or tube, and not within")
         else:
-            fit = _core.in_surface(batch, made(self.surface), self.off_surface, "auto", self.lam, self.pin_ends, self.parametrisation, device, precision)
-        return Fit(fit, given, fit.dimension)
+            amount = (name, str(value))
+            fit = _core.in_surface(batch, made(self.surface), self.off_surface, "auto", amount, pin_ends, self.parametrisation, device, precision)
+        recipe = _recipe(
+            self, t=t, closed=closed, tangents=tangents, weights=weights, pinned=pinned, topology=shares, device=device, precision=precision
+        )
+        return Fit(fit, given, fit.dimension, clock, recipe)
 
 
 @dataclass(frozen=True)
@@ -207,8 +298,8 @@ class Fair:
     deviation : float or str, optional
         The fairest of all curves that pass within this distance of every point: in units of the input, or a part of each
         curve's size (the diagonal of the box around its points), such as ``"2%"``.
-    max_curvature : float, optional
-        The largest curvature, in 1/length: 1 over the smallest turning radius. A curve for which none is found that keeps its
+    max_curvature : float or (B,) array, optional
+        The largest curvature, for all curves or for each, in 1/length: 1 over the smallest turning radius. A curve for which none is found that keeps its
         limits is ``infeasible``. ``report()`` has the violation, the vertices held, the cost in energy and the stretch. With
         ``energy={"length": 1}`` alone planar curves are the shortest ones of that curvature: Dubins' paths.
     max_curvature_rate : float, optional
@@ -221,7 +312,7 @@ class Fair:
     monotone : str or array_like, optional
         A direction in which no curve goes back between two points, ``"x"``, ``"y"``, ``"z"`` or a vector, or several,
         perpendicular to each other: ``"xy"`` or a row each.
-    corridor : float, optional
+    corridor : float or (B,) array, optional
         Curves stay within this distance of the chords between their points (units of the input).
     keep_in, keep_out : array_like, optional
         Discs, or balls, that all curves stay within, or out of: a row each, the centre and the radius.
@@ -271,12 +362,12 @@ class Fair:
     spacing: float | None = None
     pins: Literal["all", "ends", "none"] | None = None
     deviation: float | str | None = None
-    max_curvature: float | None = None
+    max_curvature: Any = None
     max_curvature_rate: float | None = None
     max_climb: float | None = None
     preserve_shape: bool = False
     monotone: Any = None
-    corridor: float | None = None
+    corridor: Any = None
     keep_in: Any = None
     keep_out: Any = None
     obstacles: Any = None
@@ -294,7 +385,32 @@ class Fair:
     starts: int = 1
     seed: int = 0
 
-    def fit(self, curves: Any, *, t: Any = None, closed: Any = None, tangents: Any = None, curvatures: Any = None, weights: Any = None, pinned: Any = None, largest_curvatures: Any = None, corridors: Any = None, widths: Any = None, device: str = "auto", precision: str = "auto") -> Fit:
+    def __post_init__(self) -> None:
+        # As numbers, arrays can be compared.
+        for name in ("monotone", "keep_in", "keep_out", "half_planes"):
+            value = getattr(self, name)
+            if value is not None and not isinstance(value, str):
+                object.__setattr__(self, name, _tuples(np.asarray(value, float)))
+        for name in ("max_curvature", "corridor"):
+            value = getattr(self, name)
+            if value is not None and np.ndim(value) > 0:
+                object.__setattr__(self, name, tuple(floats(value, name).reshape(-1).tolist()))
+            else:
+                _number(name, value)
+        for name in ("spacing", "max_curvature_rate", "max_climb", "clearance", "off_surface", "tolerance"):
+            _number(name, getattr(self, name))
+        _number("max_stretch", self.max_stretch, least=1.0)
+        _number("corners", self.corners, above=False)
+        _distance("deviation", self.deviation)
+        _whole("per_span", self.per_span)
+        _whole("max_iterations", self.max_iterations)
+        _whole("starts", self.starts)
+        _whole("seed", self.seed, 0)
+        if self.pins is not None:
+            _word("pins", self.pins, ("all", "ends", "none"))
+        _word("solver", self.solver, ("newton", "sobolev"))
+
+    def fit(self, curves: Any, *, t: Any = None, closed: Any = None, tangents: Any = None, curvatures: Any = None, weights: Any = None, pinned: Any = None, largest_curvatures: Any = None, corridors: Any = None, widths: Any = None, topology: bool | None = None, device: str = "auto", precision: str = "auto") -> Fit:
         """Fits every curve. ``tangents`` and ``curvatures`` (vectors, NaN where there are none) are met at their points; ``curvatures`` ask for variation.
 
         ``largest_curvatures`` bound the span that begins at each point (1/length, NaN: not at all). ``corridors`` are
@@ -309,13 +425,38 @@ class Fair:
         pins = self.pins or ("ends" if near else "all")
         deviation = None if self.deviation is None else str(self.deviation)
         given = ragged(curves)
-        batch = _batch(given, closed=closed, t=t, tangents=tangents, curvatures=curvatures, weights=weights, pinned=pinned, largest_curvatures=largest_curvatures, corridors=corridors, widths=widths)
+        _places(device, precision)
+        for name, value in (("spacing", self.spacing), ("deviation", self.deviation), ("corridor", self.corridor), ("clearance", self.clearance)):
+            if value is not None and not isinstance(value, str):
+                warn_of_degrees(given, (self,), name)
+        own = {"t": t, "closed": closed, "tangents": tangents, "curvatures": curvatures, "weights": weights, "pinned": pinned, "largest_curvatures": largest_curvatures, "corridors": corridors, "widths": widths}
+        own["topology"] = _shares(topology, given, closed) and self.surface is None and not self._is_limited()
+        spans = {"largest_curvatures": self._of_spans("max_curvature", largest_curvatures, given), "corridors": self._of_spans("corridor", corridors, given)}
+        batch, clock = _batch(given, **{**own, **spans})
         surface = None if self.surface is None else made(self.surface)
         fit = _core.fair(
             batch, list(energy.terms), self.per_span, self.spacing, pins, deviation,
             self._limits(given.coords.shape[1]), surface, self.off_surface, self.corners, self.solver, self.tolerance, self.max_iterations, self.starts, self.seed, device, precision,
         )  # fmt: skip
-        return Fit(fit, given, fit.dimension)
+        return Fit(fit, given, fit.dimension, clock, _recipe(self, **own, device=device, precision=precision))
+
+    def _is_limited(self) -> bool:
+        """Whether limits are asked for, which borders of maps do not keep."""
+        limits = (self.max_curvature, self.max_curvature_rate, self.max_climb, self.monotone, self.corridor, self.keep_in, self.keep_out)
+        others = (self.obstacles, self.half_planes, self.max_stretch)
+        return any(limit is not None for limit in (*limits, *others)) or self.preserve_shape or self.no_crossing
+
+    def _of_spans(self, name: str, column: Any, curves: Ragged) -> Any:
+        """The column of limits of single spans, with those of curves."""
+        each = getattr(self, name)
+        if not isinstance(each, tuple):
+            return column
+        if len(each) != len(curves):
+            raise ValueError(f"{name} has {len(each)} numbers for {len(curves)} curves: give one, or one a curve")
+        of_points = np.repeat(np.array(each), curves.counts)
+        if column is not None:
+            of_points = np.fmin(of_points, per_point(column, curves, name))
+        return [of_points[a:b] for a, b in zip(curves.offsets[:-1], curves.offsets[1:])]
 
     def _limits(self, dimension: int) -> dict[str, object]:
         """The limits, with vectors of three coordinates."""
@@ -328,6 +469,7 @@ class Fair:
             "clearance": self.clearance,
         }
         bounds = {name: getattr(self, name) for name in ("max_curvature", "max_curvature_rate", "max_climb", "corridor", "max_stretch")}
+        bounds = {name: None if isinstance(value, tuple) else value for name, value in bounds.items()}
         return {**bounds, **regions, "preserve_shape": self.preserve_shape, "monotone": monotone, "preserve_area": self.preserve_area, "no_crossing": self.no_crossing}
 
 
@@ -340,6 +482,11 @@ def _directions(monotone: Any, dimension: int) -> list[list[float]]:
             raise ValueError(f"monotone is {monotone!r}; axes are 'x', 'y', 'z' or some of them, such as 'xy'")
         return [[float(axis == other) for other in "xyz"] for axis in monotone]
     return [_vector(row, dimension, "monotone") for row in np.atleast_2d(np.asarray(monotone, dtype=float))]
+
+
+def _tuples(array: Any) -> Any:
+    """Nested tuples of an array's numbers."""
+    return tuple(_tuples(row) for row in array) if np.ndim(array) else float(array)
 
 
 def _vector(vector: Any, dimension: int, name: str) -> list[float]:
@@ -460,7 +607,9 @@ class Smooth:
         The other arguments are those of :meth:`Natural.fit`.
         """
         given = ragged(curves)
-        batch = _batch(given, closed=closed, tangents=tangents, exponents=exponents)
+        _places(device, precision)
+        own = {"closed": closed, "tangents": tangents, "exponents": exponents}
+        batch, clock = _batch(given, **own)
         fit = _core.smooth(
             batch,
             self.exponent,
@@ -474,4 +623,4 @@ class Smooth:
             device,
             precision,
         )
-        return Fit(fit, given, fit.dimension)
+        return Fit(fit, given, fit.dimension, clock, _recipe(self, **own, device=device, precision=precision))

@@ -20,6 +20,8 @@ class PPolyBatch:
     Curves with as many knots are answered by one array, whose first axis is the curve; others by a list.
     """
 
+    _made: tuple[Any, ...]
+
     def __init__(self, pieces: _core.Piecewise, x: Floats, offsets: Offsets, inner: tuple[int, ...], equal: bool, extrapolate: Extrapolate) -> None:
         self._pieces, self._flat, self._offsets = pieces, x, offsets
         self._inner, self._equal = inner, equal
@@ -28,6 +30,18 @@ class PPolyBatch:
 
     def __len__(self) -> int:
         return len(self._offsets) - 1
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _made_again, self._made
+
+    def __deepcopy__(self, memo: Any) -> PPolyBatch:
+        # Nothing of it changes.
+        return self
+
+    def __repr__(self) -> str:
+        words, counts = np.unique(self.status.astype(str), return_counts=True)
+        statuses = ", ".join(f"{count} {word}" for word, count in zip(words, counts))
+        return f"<faircurve.{type(self).__name__}: {len(self)} curves ({statuses})>"
 
     @property
     def x(self) -> Any:
@@ -95,19 +109,21 @@ class PPolyBatch:
         values = self._pieces.evaluate(shared.reshape(-1), None, nu, word)
         return values.reshape(len(self), *np.shape(x), *self._inner)
 
-    def _of(self, pieces: _core.Piecewise) -> PPolyBatch:
+    def _of(self, pieces: _core.Piecewise, nu: int) -> PPolyBatch:
         keep: Extrapolate = self.extrapolate
-        return PPolyBatch(pieces, self._flat, self._offsets, self._inner, self._equal, keep)
+        made = PPolyBatch(pieces, self._flat, self._offsets, self._inner, self._equal, keep)
+        made._made = (self, nu)
+        return made
 
     def derivative(self, nu: int = 1) -> PPolyBatch:
         """The derivatives of order ``nu`` (negative: antiderivatives)."""
-        return self._of(self._pieces.derivative(nu)) if nu >= 0 else self.antiderivative(-nu)
+        return self._of(self._pieces.derivative(nu), nu) if nu >= 0 else self.antiderivative(-nu)
 
     def antiderivative(self, nu: int = 1) -> PPolyBatch:
         """The integrals of order ``nu`` from the first knot on."""
         if nu <= 0:
             return self.derivative(-nu)
-        made = self._of(self._pieces.antiderivative(nu))
+        made = self._of(self._pieces.antiderivative(nu), -nu)
         # As in SciPy: an integral of something periodic is not.
         made.extrapolate = False if self.extrapolate == "periodic" else self.extrapolate
         return made
@@ -134,6 +150,14 @@ class PPolyBatch:
     def roots(self, extrapolate: Extrapolate | None = None) -> Any:
         """Where the curves are 0: see :meth:`solve`."""
         return self.solve(0.0, extrapolate)
+
+
+def _made_again(of: Any, *how: Any) -> Any:
+    """A pickled spline, from what it was made of; a derivative from its spline and its order."""
+    if isinstance(of, PPolyBatch):
+        return of.derivative(how[0])
+    arguments, device, precision = how
+    return of(*arguments, device=device, precision=precision)
 
 
 class CubicSplineBatch(PPolyBatch):
@@ -182,6 +206,7 @@ class CubicSplineBatch(PPolyBatch):
         if extrapolate is None:
             extrapolate = "periodic" if periodic else True
         super().__init__(pieces, knots, offsets, inner, equal, extrapolate)
+        self._made: Any = (CubicSplineBatch, (x, y, bc_type, extrapolate), device, precision)
 
 
 def _values(y: Any, equal: bool) -> tuple[Floats, list[int], tuple[int, ...]]:

@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 
 from . import _core
-from ._arrays import Floats, ragged
+from ._arrays import Floats, ragged, split
 from ._methods import _batch
 
 __all__ = ["Chain", "Completed", "Simplify", "complete", "elevate", "reduce"]
@@ -72,8 +72,8 @@ def complete(
     """
     given = ragged(controls)
     if known is None:
-        known = np.isfinite(given.coords).all(axis=1)
-    batch = _batch(given, closed=False, known=known, tangents=tangents)
+        known = split(np.isfinite(given.coords).all(axis=1), given.offsets)
+    batch, _ = _batch(given, closed=False, known=known, tangents=tangents)
     made = _core.complete(batch, _weights(energy or {"bending": 1.0}), end_tangents, device, precision)
     return _completed(made, given, batch.closed)
 
@@ -106,8 +106,8 @@ class Chain:
         """Completes every chain. ``known`` flags control points; by default those that are numbers."""
         given = ragged(controls)
         if known is None:
-            known = np.isfinite(given.coords).all(axis=1)
-        batch = _batch(given, closed=closed, known=known)
+            known = split(np.isfinite(given.coords).all(axis=1), given.offsets)
+        batch, _ = _batch(given, closed=closed, known=known)
         weights = _weights(self.energy or {"bending": 1.0})
         made = _core.chain(batch, self.degree, self.joints, self.lengths, weights, self.corners, device, precision)
         return _completed(made, given, batch.closed)
@@ -127,7 +127,7 @@ class Simplify:
     def fit(self, controls: Any, *, closed: Any = None) -> Completed:
         """Simplifies chains of cubics."""
         given = ragged(controls)
-        batch = _batch(given, closed=closed)
+        batch, _ = _batch(given, closed=closed)
         return _completed(_core.simplify(batch, self.tolerance, self.corners, self.extremes), given, batch.closed)
 
 

@@ -9,6 +9,8 @@ use pyo3::prelude::*;
 #[pyclass(frozen, module = "faircurve._core")]
 pub struct Batch {
     pub batch: CurveBatch,
+    /// Whether borders that curves share are fitted once.
+    pub topology: bool,
 }
 
 /// A flat array as the library takes it.
@@ -33,7 +35,7 @@ pub fn offsets(array: &PyReadonlyArray1<'_, i64>) -> PyResult<Vec<usize>> {
 #[pymethods]
 impl Batch {
     #[new]
-    #[pyo3(signature = (coords, offsets, *, closed=None, t=None, weights=None, tangents=None, curvatures=None, exponents=None, known=None, pinned=None, largest_curvatures=None, corridors=None, widths=None, auto_closed=false))]
+    #[pyo3(signature = (coords, offsets, *, closed=None, t=None, weights=None, tangents=None, curvatures=None, exponents=None, known=None, pinned=None, largest_curvatures=None, corridors=None, widths=None, auto_closed=false, topology=false))]
     fn new(
         coords: PyReadonlyArray2<'_, f64>,
         offsets: PyReadonlyArray1<'_, i64>,
@@ -49,6 +51,7 @@ impl Batch {
         corridors: Option<PyReadonlyArray1<'_, f64>>,
         widths: Option<PyReadonlyArray2<'_, f64>>,
         auto_closed: bool,
+        topology: bool,
     ) -> PyResult<Self> {
         let dimension = coords.shape()[1];
         let batch = CurveBatch::from_ragged(dimension, rows(&coords)?, self::offsets(&offsets)?);
@@ -77,7 +80,7 @@ impl Batch {
             None if auto_closed => batch.closed_auto(),
             None => batch,
         };
-        Ok(Batch { batch })
+        Ok(Batch { batch, topology })
     }
 
     fn __len__(&self) -> usize {

@@ -1,6 +1,9 @@
 //! [`Fit`]: fitted curves, asked for numbers by the batch.
 
+use std::sync::Arc;
+
 use faircurve::picture::Picture;
+use faircurve::topology::Topology;
 use faircurve::{Curve, CurveBatch, Sampling};
 use numpy::{IntoPyArray, PyArray1, PyArrayMethods, PyReadonlyArray1};
 use pyo3::exceptions::{PyIndexError, PyValueError};
@@ -16,7 +19,12 @@ use crate::running::at_once;
 pub struct Fit {
     pub fit: faircurve::Fit,
     pub batch: Py<Batch>,
+    /// What the curves share, and the fit of its strokes.
+    pub shared: Option<(Arc<Topology>, faircurve::Fit)>,
 }
+
+/// The share of its area that a ring keeps where borders are drawn tighter, as of the command.
+const KEEP_AREA: f64 = 0.5;
 
 /// Flat numbers of curves, and offsets: coordinates, parameters, places.
 pub type Arrays<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<i64>>);
@@ -73,6 +81,28 @@ impl Fit {
         let all =
             at_once(py, || (0..self.fit.len()).into_par_iter().map(|i| of(&*self.fit.curve(i))).collect::<Vec<f64>>())?;
         Ok(all.into_pyarray(py))
+    }
+
+    fn sampling(&self, how: &str, value: f64) -> PyResult<Sampling> {
+        let sampling = match how {
+            "count" => Sampling::Count(value as usize),
+            "per_span" => Sampling::PerSpan(value as usize),
+            "points" => Sampling::Points(value as usize),
+            "tolerance" => Sampling::Tolerance(value),
+            _ => Sampling::Spacing(value),
+        };
+        sampling.check(&self.batch.get().batch).map_err(crate::error)?;
+        Ok(sampling)
+    }
+
+    fn polylines(&self, sampling: Sampling) -> CurveBatch {
+        match &self.shared {
+            // Borders that cross are drawn tighter.
+            Some((topology, strokes)) => {
+                topology.sample(strokes.clone(), sampling).mend(KEEP_AREA).0.join().polylines(sampling)
+            }
+            None => self.fit.polylines(sampling),
+        }
     }
 
     /// The values at parameters: the same for every curve, or each curve's own.
@@ -168,18 +198,12 @@ impl Fit {
         value: f64,
         out: Option<Bound<'py, PyArray1<f64>>>,
     ) -> PyResult<Arrays<'py>> {
-        let sampling = match how {
-            "count" => Sampling::Count(value as usize),
-            "per_span" => Sampling::PerSpan(value as usize),
-            "points" => Sampling::Points(value as usize),
-            "tolerance" => Sampling::Tolerance(value),
-            _ => Sampling::Spacing(value),
-        };
-        sampling.check(&self.batch.get().batch).map_err(crate::error)?;
-        let offsets = self.fit.sample_offsets(sampling);
+        let sampling = self.sampling(how, value)?;
+        let polylines = || self.polylines(sampling);
+        let offsets = if self.shared.is_none() { self.fit.sample_offsets(sampling) } else { None };
         let samples = match (&offsets, &out) {
-            (None, None) => return Ok(arrays(py, at_once(py, || self.fit.polylines(sampling))?)),
-            (None, Some(_)) => Some(at_once(py, || self.fit.polylines(sampling))?),
+            (None, None) => return Ok(arrays(py, at_once(py, polylines)?)),
+            (None, Some(_)) => Some(at_once(py, polylines)?),
             (Some(_), _) => None,
         };
         let offsets = offsets.unwrap_or_else(|| samples.iter().flat_map(|own| own.offsets()).copied().collect());
@@ -203,6 +227,14 @@ impl Fit {
         drop(writable);
         let offsets: Vec<i64> = offsets.into_iter().map(|offset| offset as i64).collect();
         Ok((coords, offsets.into_pyarray(py)))
+    }
+
+    /// The parameters of the same samples.
+    fn sample_parameters<'py>(&self, py: Python<'py>, how: &str, value: f64) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let sampling = self.sampling(how, value)?;
+        let samples = at_once(py, || self.polylines(sampling))?;
+        let t = (0..samples.len()).flat_map(|i| samples.parameters(i).unwrap_or_default()).copied();
+        Ok(t.collect::<Vec<f64>>().into_pyarray(py))
     }
 
     /// Derivatives of order `nu` at parameters.
@@ -261,8 +293,8 @@ impl Fit {
         if let Some(number) = numbers.iter().find(|&&number| number >= self.fit.len()) {
             return Err(PyIndexError::new_err(format!("there is no curve {number} of {}", self.fit.len())));
         }
-        let batch = Batch { batch: self.batch.get().batch.select(&numbers) };
-        Ok(Fit { fit: self.fit.select(&numbers), batch: Py::new(py, batch)? })
+        let batch = Batch { batch: self.batch.get().batch.select(&numbers), topology: false };
+        Ok(Fit { fit: self.fit.select(&numbers), batch: Py::new(py, batch)?, shared: None })
     }
 
     fn svg(&self, py: Python<'_>, width: f64, points: bool) -> PyResult<String> {

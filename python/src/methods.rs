@@ -3,6 +3,7 @@
 use faircurve::discrete::{Energy, Expression, Fair, Limits, MOST_EDGES, Obstacle, Region, Segments};
 use faircurve::scf::{Smooth, Start};
 use faircurve::spline::{Band, Corners, Ends, Natural, Parametrisation, Smoothing, SmoothingTarget, SurfaceSpline};
+use faircurve::topology::{self, Topology};
 use faircurve::{CurveBatch, Deviation, Device, Work};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -41,11 +42,30 @@ fn fitted(
     batch: &Bound<'_, Batch>,
     place: Place,
     work: impl FnOnce(usize) -> Work,
-    fit: impl FnOnce(&CurveBatch, &Device) -> faircurve::Result<faircurve::Fit> + Send,
+    fit: impl Fn(&CurveBatch, &Device) -> faircurve::Result<faircurve::Fit> + Send + Sync,
 ) -> PyResult<Fit> {
     let curves = &batch.get().batch;
-    let fit = running::run(py, &place, work(curves.total_points()), |device| fit(curves, device))?;
-    Ok(Fit { fit, batch: batch.clone().unbind() })
+    let topology = batch.get().topology.then(|| Topology::new(curves, &topology::Options::of(curves)));
+    let Some(topology) = topology.transpose().map_err(crate::error)? else {
+        let fit = running::run(py, &place, work(curves.total_points()), |device| fit(curves, device))?;
+        return Ok(Fit { fit, batch: batch.clone().unbind(), shared: None });
+    };
+    let mut shared = None;
+    let joined = running::run(py, &place, work(curves.total_points()), |device| {
+        let strokes = fit(topology.strokes(), device)?;
+        // Where a stroke through junctions has no fit, its arcs have.
+        let (topology, strokes) = match topology.divide(&strokes) {
+            None => (topology.clone(), strokes),
+            Some(divided) => {
+                let arcs = fit(divided.arcs(), device)?;
+                divided.with(strokes, arcs)
+            }
+        };
+        let joined = topology.join(strokes.clone());
+        shared = Some((topology, strokes));
+        Ok(joined)
+    })?;
+    Ok(Fit { fit: joined, batch: batch.clone().unbind(), shared })
 }
 
 #[pyfunction]
@@ -75,7 +95,7 @@ pub fn in_surface(
     surface: &Bound<'_, Surface>,
     off_surface: Option<f64>,
     ends: &str,
-    smoothing: Option<f64>,
+    smoothing: Option<(&str, &str)>,
     pin_ends: bool,
     parametrisation: &str,
     device: &str,
@@ -84,12 +104,23 @@ pub fn in_surface(
     let method = SurfaceSpline {
         off_surface,
         ends: self::ends(ends)?,
-        smoothing: smoothing.map(SmoothingTarget::Lambda),
+        smoothing: smoothing.map(|(amount, value)| target(amount, value)).transpose()?,
         pin_ends,
         parametrisation: self::parametrisation(parametrisation)?,
         ..SurfaceSpline::new(surface.get().shared())
     };
     fitted!(py, batch, device, precision, method)
+}
+
+/// How much is smoothed: λ, "gcv" for one by cross-validation, or a distance.
+fn target(amount: &str, value: &str) -> PyResult<SmoothingTarget> {
+    let distance = || value.parse::<Deviation>().map_err(crate::error);
+    Ok(match (amount, value) {
+        ("lam", "gcv") => SmoothingTarget::CrossValidation,
+        ("lam", _) => SmoothingTarget::Lambda(value.parse()?),
+        ("deviation", _) => SmoothingTarget::Deviation(distance()?),
+        _ => SmoothingTarget::Tube(distance()?),
+    })
 }
 
 #[pyfunction]
@@ -105,18 +136,15 @@ pub fn smoothing(
     device: &str,
     precision: &str,
 ) -> PyResult<Fit> {
-    let distance = || value.parse::<Deviation>().map_err(crate::error);
     let target = match amount {
-        "lam" => SmoothingTarget::Lambda(value.parse()?),
-        "deviation" => SmoothingTarget::Deviation(distance()?),
-        "tube" => SmoothingTarget::Tube(distance()?),
-        _ => {
+        "within" => {
+            let distance = value.parse::<Deviation>().map_err(crate::error)?;
             if !["auto", "chord"].contains(&parametrisation) {
                 let message =
                     format!("parametrisation is {parametrisation:?}; within goes by arc length: leave it out");
                 return Err(PyValueError::new_err(message));
             }
-            let mut method = Band::within(distance()?);
+            let mut method = Band::within(distance);
             method.pin_ends = pin_ends;
             method.corners = match corners {
                 "none" => Corners::Rounded,
@@ -126,6 +154,7 @@ pub fn smoothing(
             };
             return fitted!(py, batch, device, precision, method);
         }
+        _ => target(amount, value)?,
     };
     let method = Smoothing { target, pin_ends, parametrisation: self::parametrisation(parametrisation)? };
     fitted!(py, batch, device, precision, method)

@@ -67,6 +67,8 @@ def test_deviations_may_be_parts_of_each_curves_size():
         assert (fit.report()["max_deviation"] > 0.0199 * size[:20]).any(), method
     with pytest.raises(ValueError, match='"2x" is no deviation'):
         fc.Fair(deviation="2x").fit(CURVES[:1])
+    with pytest.raises(ValueError, match="tube is '-2%'; it must be a positive number, or a part such as '2%'"):
+        fc.Smoothing(tube="-2%")
     for method in (fc.Fair(deviation="2m"), fc.Smoothing(within="2m")):
         with pytest.raises(ValueError, match="2m is a length in metres"):
             method.fit(CURVES[:1])
@@ -138,8 +140,8 @@ def test_bad_curves_are_data_and_leave_their_neighbours_alone():
 @pytest.mark.parametrize(
     ("act", "error", "sentence"),
     [
-        (lambda: fc.Natural().fit(CURVES, t=T[:5]), ValueError, "t: 45 numbers for 1800 points"),
-        (lambda: fc.Natural(ends="open").fit(CURVES), ValueError, 'ends is "open"; auto, natural, clamped are possible'),
+        (lambda: fc.Natural().fit(CURVES, t=T[:5]), ValueError, r"t has the shape \(5, 9\); it must be as the points are: \(200, 9\)"),
+        (lambda: fc.Natural(ends="open").fit(CURVES), ValueError, "ends is 'open'; auto, natural, clamped are possible"),
         (lambda: fc.Natural().fit(CURVES, device="tpu"), ValueError, "tpu"),
         (lambda: fc.Natural().fit(CURVES, device="cpu", precision="f32"), ValueError, "belongs to a GPU"),
         (lambda: fc.Natural().fit(CURVES, closed=[True]), ValueError, "1 flags for 200 curves"),
@@ -176,7 +178,7 @@ def test_fair_curves_keep_a_largest_curvature_and_the_shape_of_their_points():
     assert wide.status.tolist() == ["converged"] and wide.report()["loops"][0] > 2
     tight = fc.Fair(max_curvature=0.1, max_stretch=2.0).fit([points])
     assert tight.status.tolist() == ["infeasible"]
-    with pytest.raises(ValueError, match="the largest curvature is -1"):
+    with pytest.raises(ValueError, match="max_curvature is -1"):
         fc.Fair(max_curvature=-1.0).fit([points])
 
 
@@ -285,7 +287,7 @@ def test_fair_curves_keep_corridors_regions_directions_and_lengths():
         fc.Fair(obstacles=[(1, 2)]).fit([points])
     with pytest.raises(ValueError, match="keep_out has the shape"):
         fc.Fair(keep_out=[(1, 2)]).fit([points])
-    with pytest.raises(ValueError, match="the largest stretch is 1; it must be more than 1"):
+    with pytest.raises(ValueError, match="max_stretch is 1.0; it must be more than 1"):
         fc.Fair(max_stretch=1.0).fit([points])
     with pytest.raises(ValueError, match="no direction"):
         fc.Fair(monotone=(0, 0)).fit([points])
@@ -313,8 +315,10 @@ def test_splines_in_a_surface_keep_the_times_of_their_points():
     assert np.abs(at - [(173, 0), (180, 0), (188, 0)]).max() < 1e-7
     smooth = fc.Smoothing(lam=100.0, surface="sphere").fit([track + [(0, 0), (0, 1), (0, -1), (0, 0)]], t=[hours])
     assert smooth.status.tolist() == ["converged"] and smooth.report()["max_deviation"][0] > 1e4
-    with pytest.raises(ValueError, match="take lam, and not tube"):
-        fc.Smoothing(tube=1.0, surface="sphere").fit([track])
+    near = fc.Smoothing(tube=5e3, surface="wgs84").fit([track + [(0, 0), (0, 0.1), (0, -0.1), (0, 0)]], t=[hours])
+    assert near.status.tolist() == ["converged"] and near.report()["max_deviation"][0] <= 5e3
+    with pytest.raises(ValueError, match="take lam, deviation or tube, and not within"):
+        fc.Smoothing(within=1.0, surface="sphere").fit([track])
     with pytest.raises(ValueError, match="keep no shape"):
         fc.Natural(surface="sphere", preserve_shape=True).fit([track])
 
@@ -353,7 +357,7 @@ def test_curves_within_a_distance_of_their_polygon_stay_straight_and_keep_their_
     assert len(few) <= 8 < len(fit.sample(tolerance=0.01)[0])
     with pytest.raises(ValueError, match="corners go with within"):
         fc.Smoothing(lam=1, corners="auto").fit([house])
-    with pytest.raises(ValueError, match="must be 'auto', 'straight' or a number"):
+    with pytest.raises(ValueError, match="corners is 'sharp'; auto, straight are possible"):
         fc.Smoothing(within=1, corners="sharp").fit([house])
     with pytest.raises(TypeError, match="give one of lam, deviation, tube and within"):
         fc.Smoothing(within=1, tube=1).fit([house])

@@ -40,13 +40,19 @@ FAIR = fc.FairBatch(fc.Smoothing(lam=0.1), samples={"count": 16}, device="cpu")
 def test_tables_keep_their_rows_and_gain_columns():
     given = table(300)
     made = FAIR(given)
-    assert made.column_names == ["id", "points", "status", "message", "energy", "iterations", "max_deviation"]
-    assert bits(made["id"]) == bits(given["id"]) and made.schema.field("points").type == POINT
-    assert made["status"].to_pylist().count("invalid") == 4
+    assert made.column_names == ["id", "points", *(f"fair_{name}" for name in ("points", "status", "message", "energy", "iterations", "max_deviation"))]
+    assert bits(made["id"]) == bits(given["id"]) and made.schema.field("fair_points").type == POINT
+    assert made["fair_status"].to_pylist().count("invalid") == 4
     samples = fc.Smoothing(lam=0.1).fit(given["points"], device="cpu").sample(16)
-    assert bits(made["points"]) == bits(samples)
-    beside = fc.FairBatch(fc.Natural(), out="curve", report=False)(given)
-    assert beside.column_names == ["id", "points", "curve"] and bits(beside["points"]) == bits(given["points"])
+    assert bits(made["fair_points"]) == bits(samples) and bits(made["points"]) == bits(given["points"])
+    plain = fc.FairBatch(fc.Natural(), prefix="my_", report=False)
+    assert plain(given).column_names == ["id", "points", "my_points"]
+    with pytest.raises(ValueError, match='the table has a column "my_points" already: give another prefix'):
+        plain(plain(given))
+    with pytest.raises(TypeError, match="method is 'natural'; it must have a fit"):
+        fc.FairBatch("natural")
+    with pytest.raises(ValueError, match="samples is {'cnt': 5}; it must be one of count, per_span"):
+        fc.FairBatch(fc.Natural(), samples={"cnt": 5})
     with pytest.raises(ValueError, match='there is no column "line": the table has id, points'):
         fc.FairBatch(fc.Natural(), "line")(given)
 
@@ -69,7 +75,9 @@ def test_parameters_may_be_a_column():
     given = table(20, seed=3)
     t = [np.arange(len(line), dtype=float).tolist() for line in given["points"].to_pylist()]
     made = fc.FairBatch(fc.Natural(), t="t", samples={"per_span": 4})(given.append_column("t", pa.array(t)))
-    assert bits(made["points"]) == bits(fc.Natural().fit(given["points"], t=t).sample(per_span=4))
+    samples, times = fc.Natural().fit(given["points"], t=t).sample(per_span=4, return_t=True)
+    assert bits(made["fair_points"]) == bits(samples) and made["t"].to_pylist() == t
+    assert made["fair_t"].to_pylist() == [own.tolist() for own in times]
 
 
 DASK = """
