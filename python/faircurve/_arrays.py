@@ -79,7 +79,7 @@ def offsets_of(counts: Sequence[int] | NDArray[Any]) -> Offsets:
 def floats(values: Any, what: str) -> Floats:
     """Values as 64-bit floats one after the other; the same memory where they are. Masked ones and ``pandas.NA`` are NaN."""
     if isinstance(values, np.ma.MaskedArray):
-        values = values.astype(np.float64).filled(np.nan)
+        values = np.ma.filled(values.astype(np.float64), np.nan)
     elif type(values).__module__.partition(".")[0] == "pandas" and hasattr(values, "to_numpy"):
         values = values.to_numpy(np.float64, na_value=np.nan)
     kind = getattr(values, "dtype", np.asarray(values).dtype if isinstance(values, (list, tuple)) and _is_regular(values) else None)
@@ -101,7 +101,7 @@ def _is_regular(values: Any) -> bool:
     return True
 
 
-def split(coords: Floats, offsets: Offsets) -> list[Floats]:
+def split(coords: NDArray[Any], offsets: Offsets) -> list[NDArray[Any]]:
     """The curves one by one, as views."""
     return [coords[a:b] for a, b in zip(offsets[:-1].tolist(), offsets[1:].tolist())]
 

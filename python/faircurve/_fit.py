@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import warnings
 from collections.abc import Iterator, Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -25,7 +25,8 @@ class Fit:
 
     A curve that cannot be fitted has a status and a message, and its values are those of its input as a polyline.
     Parameters are the ``t`` that was given, dates among them. Else they begin with 0 and end with the length of the points'
-    polygon (arc length for :class:`Smooth`); those of inner points are as the method's ``parametrisation`` says.
+    polygon (arc length for :class:`Smooth`); those of inner points are as the method's ``parametrisation`` says, and "uniform" ones
+    are 0, 1, 2 …
 
     What there is of each curve, such as ``status`` and ``length``, is an array, and for a GeoSeries or GeoDataFrame a Series with
     the index of the rows of curves: it aligns with the frame where every row has one curve, and pandas refuses it where rows have
@@ -148,16 +149,17 @@ class Fit:
 
     # --- values ---
 
-    def __call__(self, u: Any, nu: int = 0) -> Any:
+    def __call__(self, u: Any, nu: int = 0, outside: Literal["ends", "nan", "periodic", "raise"] | None = None) -> Any:
         """Points of the curves at parameters, or derivatives.
 
         Parameters
         ----------
         u : float, (m,) array, or a list of B arrays
-            Parameters, the same for all curves or each curve's own: numbers, or dates of any unit where ``t`` was dates. Beyond a
-            curve's ends its ends are taken.
+            Parameters, the same for all curves or each curve's own: numbers, or dates of any unit where ``t`` was dates.
         nu : int
             Order of the derivative by the parameter, for dates by seconds.
+        outside : {"ends", "nan", "periodic", "raise"}, optional
+            What is beyond a curve's ends: its ends, NaN, or an error. By default the ends; closed curves are periodic, and no other.
 
         Returns
         -------
@@ -174,13 +176,48 @@ class Fit:
         """
         if nu < 0:
             raise ValueError(f"nu is {nu}; orders of derivatives are 0 or more")
-        flat, offsets, shape = self._parameters(u)
+        flat, offsets, shape = self._within(*self._parameters(u), outside)
         return self._shaped(self._fit.evaluate(flat, offsets, nu), shape, (self._dimension,))
 
     def curvature(self, u: Any) -> Any:
         """Curvatures (1/length) at parameters; in the plane positive to the left. Shapes are those of a call, without d."""
-        flat, offsets, shape = self._parameters(u)
+        flat, offsets, shape = self._within(*self._parameters(u), None)
         return self._shaped(self._fit.curvature(flat, offsets), shape, ())
+
+    @functools.cached_property
+    def _ends(self) -> tuple[Floats, Floats]:
+        """The first and the last parameter of every curve; NaN without points."""
+        t, offsets = self._fit.knots()
+        padded, some = np.append(t, np.nan), np.diff(offsets) > 0
+        return (np.where(some, padded[np.minimum(offsets[:-1], len(t))], np.nan), np.where(some, padded[offsets[1:] - 1], np.nan))
+
+    def _within(self, flat: Floats, offsets: Offsets | None, shape: Any, outside: str | None) -> tuple[Floats, Offsets | None, Any]:
+        """Parameters of which those beyond the ends are as asked for."""
+        if outside not in (None, "ends", "nan", "periodic", "raise"):
+            raise ValueError(f"outside is {outside!r}; ends, nan, periodic, raise are possible")
+        first, last = self._ends
+        closed = self._closed()
+        if outside == "ends" or len(self) == 0 or flat.size == 0 or outside is None and not closed.any():
+            return flat, offsets, shape
+        if outside == "periodic" and not closed.all():
+            raise ValueError(f"curve {int(np.argmin(closed))} is open, and periodic is of closed curves")
+        if not ((flat < np.nanmax(first)) | (flat > np.nanmin(last))).any():
+            return flat, offsets, shape
+        counts = np.full(len(self), flat.size) if offsets is None else np.diff(offsets)
+        curve = np.repeat(np.arange(len(self)), counts)
+        own = np.tile(flat, len(self)) if offsets is None else flat.copy()
+        a, b = first[curve], last[curve]
+        beyond = (own < a) | (own > b)
+        if outside == "raise" and beyond.any():
+            k = int(np.argmax(beyond))
+            raise ValueError(f"the parameter {own[k]:g} is outside curve {curve[k]}, which goes from {a[k]:g} to {b[k]:g}")
+        if outside == "nan":
+            own[beyond] = np.nan
+        else:
+            turns = beyond & closed[curve]
+            own[turns] = a[turns] + np.mod(own[turns] - a[turns], b[turns] - a[turns])
+        ends = offsets_of(counts)
+        return own, ends, shape
 
     def _parameters(self, u: Any) -> tuple[Floats, Offsets | None, Any]:
         ragged = isinstance(u, (list, tuple)) and len(u) > 0 and np.ndim(u[0]) > 0
@@ -391,7 +428,7 @@ class Fit:
         rings = self._closed().tolist()
         lines = [np.concatenate([l, l[:1]]) if r else l for l, r in zip(lines, rings)]
         if in_space:
-            from mpl_toolkits.mplot3d.art3d import Line3DCollection
+            from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]
 
             ax.add_collection3d(Line3DCollection(lines, **options))
         else:

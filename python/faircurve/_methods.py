@@ -105,8 +105,8 @@ class Natural:
     ends : {"auto", "natural", "clamped"}
         Clamped where a tangent is given, else natural (p″ = 0). Closed curves are periodic.
     parametrisation : {"auto", "chord", "centripetal", "uniform", "given"}
-        Where no ``t`` is given, "auto" is centripetal, and with tangents chord lengths. The last parameter is the length of the
-        points' polygon with each of them: ``fit.knots`` has all.
+        Where no ``t`` is given, "auto" is centripetal, and with tangents chord lengths. The last parameter of both is the length of
+        the points' polygon, and "uniform" ones are 0, 1, 2 …: ``fit.knots`` has all.
     preserve_shape : bool
         Whether planar curves turn only to the side to which their points turn. Splines that do not are replaced by the C¹ cubic
         splines of least ∫|p″|² dt that do; ``report()`` has the knots held, and the cost in energy.

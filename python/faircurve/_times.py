@@ -120,4 +120,4 @@ def step_of(every: Any, clock: Clock | None) -> float:
 
 def grid(first: float, last: float, step: float) -> NDArray[np.float64]:
     """The multiples of a step from one time to another."""
-    return step * np.arange(np.ceil(first / step - 1e-9), np.floor(last / step + 1e-9) + 1)
+    return step * np.arange(np.ceil(first / step - 1e-9), np.floor(last / step + 1e-9) + 1) + 0.0

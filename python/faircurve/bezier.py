@@ -72,7 +72,7 @@ def complete(
     """
     given = ragged(controls)
     if known is None:
-        known = split(np.isfinite(given.coords).all(axis=1), given.offsets)
+        known = split(np.asarray(np.isfinite(given.coords).all(axis=1)), given.offsets)
     batch, _ = _batch(given, closed=False, known=known, tangents=tangents)
     made = _core.complete(batch, _weights(energy or {"bending": 1.0}), end_tangents, device, precision)
     return _completed(made, given, batch.closed)
@@ -106,7 +106,7 @@ class Chain:
         """Completes every chain. ``known`` flags control points; by default those that are numbers."""
         given = ragged(controls)
         if known is None:
-            known = split(np.isfinite(given.coords).all(axis=1), given.offsets)
+            known = split(np.asarray(np.isfinite(given.coords).all(axis=1)), given.offsets)
         batch, _ = _batch(given, closed=closed, known=known)
         weights = _weights(self.energy or {"bending": 1.0})
         made = _core.chain(batch, self.degree, self.joints, self.lengths, weights, self.corners, device, precision)
