@@ -88,7 +88,8 @@ fn two_ships_of_one_name_become_two_tracks() {
         rows += &format!("244,{lon},{lat},2024-03-01T{:02}:{:02}:00Z\n", 12 + k / 60, k % 60);
     }
     fs::write(folder.path().join("in.csv"), rows).unwrap();
-    let track = "track in.csv -o out.csv --columns curve=mmsi,x=lon,y=lat,t=time --within 50m --max-speed 40kn --device cpu";
+    let track =
+        "track in.csv -o out.csv --columns curve=mmsi,x=lon,y=lat,t=time --within 50m --max-speed 40kn --device cpu";
     run(&folder, &format!("{track} --every 10min --dropped d.csv"))
         .code(0)
         .stderr(contains("1 more track of several things of one name, too far apart for one: such as 244.2"))
