@@ -1,5 +1,7 @@
 //! Cleaning: points of tracks that are no fixes of their thing are dropped, and stops held, before a fit.
 
+use std::collections::BTreeMap;
+
 use glam::DVec3;
 
 use super::outliers::outliers;
@@ -53,7 +55,7 @@ pub struct Cleaning {
     /// them lead, from where the two after them lead, and from between their neighbours. Noise is the median
     /// of the least of the three, along the track or next to the fix, whichever is more. Sharp turns stay.
     pub outliers: bool,
-    /// Stops become two points at their mean place: when they begin and when they end.
+    /// All points of a stop move to their mean place.
     pub stops: Option<Stops>,
 }
 
@@ -69,8 +71,6 @@ pub enum Dropped {
     Duplicate,
     /// It is far off the way of its track.
     Outlier,
-    /// It is a part of a stop.
-    Stopped,
 }
 
 words!(Dropped, "reason": [
@@ -78,7 +78,6 @@ words!(Dropped, "reason": [
     (TooFast, "too fast", "too far to be reached in time"),
     (Duplicate, "duplicate", "of a time that another point has"),
     (Outlier, "outlier", "5 times as far as noise from where the points before and after lead"),
-    (Stopped, "stopped", "within stops"),
 ]);
 
 /// A cleaned batch.
@@ -178,13 +177,13 @@ struct Track<'a> {
     /// Why points were dropped.
     why: Vec<Option<Dropped>>,
     /// Points that were moved, and where to.
-    moved: Vec<(usize, Vec<f64>)>,
+    moved: BTreeMap<usize, Vec<f64>>,
     stops: usize,
 }
 
 impl<'a> Track<'a> {
     fn new(batch: &'a CurveBatch, i: usize) -> Self {
-        Track { batch, i, why: vec![None; batch.count(i)], moved: vec![], stops: 0 }
+        Track { batch, i, why: vec![None; batch.count(i)], moved: BTreeMap::new(), stops: 0 }
     }
 
     fn cleaned(mut self, cleaning: &Cleaning) -> Self {
@@ -211,8 +210,8 @@ impl<'a> Track<'a> {
 
     fn place(&self, k: usize) -> &[f64] {
         let d = self.batch.dimension();
-        match self.moved.iter().find(|(own, _)| *own == k) {
-            Some((_, place)) => place,
+        match self.moved.get(&k) {
+            Some(place) => place,
             None => &self.batch.points(self.i)[k * d..(k + 1) * d],
         }
     }
@@ -248,7 +247,7 @@ impl<'a> Track<'a> {
     fn drop_duplicates(&mut self, t: &[f64], duplicates: Duplicates) {
         for group in self.kept().chunk_by(|&a, &b| t[a] == t[b]).filter(|group| group.len() > 1) {
             if duplicates == Duplicates::Mean {
-                self.moved.push((group[0], self.mean(group)));
+                self.moved.insert(group[0], self.mean(group));
             }
             group[1..].iter().for_each(|&k| self.why[k] = Some(Dropped::Duplicate));
         }
@@ -348,11 +347,7 @@ impl<'a> Track<'a> {
                 continue;
             }
             let place = self.mean(stop);
-            for k in [begin, end] {
-                self.moved.retain(|(own, _)| *own != k);
-                self.moved.push((k, place.clone()));
-            }
-            stop[1..near - 1].iter().for_each(|&k| self.why[k] = Some(Dropped::Stopped));
+            self.moved.extend(stop.iter().map(|&k| (k, place.clone())));
             self.stops += 1;
             first += near;
         }
@@ -431,9 +426,10 @@ mod tests {
         let t: Vec<f64> = (0..points.len()).map(|k| k as f64).collect();
         let stops = |radius: f64, time: f64| Cleaning { stops: Some(Stops { radius, time }), ..Cleaning::default() };
         let cleaned = clean(&track(&points, &t), &stops(0.7, 3.0)).unwrap();
-        assert_eq!((cleaned.stops, kept(&cleaned)), (1, vec![0, 1, 2, 3, 4, 5, 9, 10, 11, 12, 13]));
-        let held = &cleaned.batch.points(0)[10..14];
-        assert!((held[0] - 5.1).abs() < 1e-12 && (held[1] - 0.1).abs() < 1e-12 && held[..2] == held[2..], "{held:?}");
+        assert_eq!((cleaned.stops, kept(&cleaned)), (1, (0..14).collect()));
+        let held = cleaned.batch.points(0)[10..20].as_chunks::<2>().0;
+        let is_held = |place: &[f64; 2]| (place[0] - 5.1).abs() < 1e-12 && (place[1] - 0.1).abs() < 1e-12;
+        assert!(held.iter().all(|place| is_held(place) && *place == held[0]), "{held:?}");
         assert_eq!(clean(&track(&points, &t), &stops(0.7, 5.0)).unwrap().stops, 0);
         assert!(clean(&track(&points, &t), &stops(0.0, 5.0)).unwrap_err().to_string().contains("radius of stops is 0"));
     }
