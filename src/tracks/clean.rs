@@ -142,8 +142,8 @@ const TURNS: usize = 10;
 ///
 /// Of each track the most points between which `max_speed` is not exceeded are one thing. Where the most of
 /// the others take turns with it at least 10 times, and are not all at one place, they are another, and so
-/// on. Parts of a track `a` are
-/// called `a.1`, `a.2` and so on. The unit of the speed is that of [`Cleaning::max_speed`].
+/// on. The parts of a track `a` are called `a.1`, `a.2` and so on. The speed has the unit of
+/// [`Cleaning::max_speed`].
 pub fn separate(batch: &CurveBatch, max_speed: f64) -> CurveBatch {
     let things = parallel::map(batch.len(), 1, |i| Track::new(batch, i).things(max_speed));
     let (mut points, mut parts) = (Vec::new(), Vec::new());
@@ -300,12 +300,10 @@ impl<'a> Track<'a> {
         let mut rest: Vec<usize> = all.into_iter().filter(is_fix).collect();
         let mut thing = vec![0; self.why.len()];
         let mut others = 0;
-        let mut first: Vec<bool> = vec![false; self.why.len()];
+        let mut first = vec![false; self.why.len()];
         while rest.len() >= TURNS {
-            let chain = self.longest_chain(t, most, &rest);
-            let (own, left): (Vec<_>, Vec<_>) = rest.iter().zip(chain).partition(|(_, own)| *own);
-            let own: Vec<usize> = own.into_iter().map(|(&k, _)| k).collect();
-            rest = left.into_iter().map(|(&k, _)| k).collect();
+            let mut chain = self.longest_chain(t, most, &rest).into_iter();
+            let own: Vec<usize> = rest.extract_if(.., |_| chain.next() == Some(true)).collect();
             if !first.contains(&true) {
                 own.iter().for_each(|&k| first[k] = true);
                 continue;

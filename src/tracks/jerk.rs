@@ -199,7 +199,8 @@ impl Profile<'_> {
         while barrier * count > GAP * time(&w) {
             for _ in 0..STEPS {
                 let (step, fall) = self.step(&w, barrier, &movable);
-                if !(fall > 1e-2 * barrier) {
+                // NaN, too, ends a barrier.
+                if fall.is_nan() || fall <= 1e-2 * barrier {
                     break;
                 }
                 let merit = self.merit(&w, barrier);

@@ -45,12 +45,11 @@ impl Quantity<3> for MaxCurvatureRate {
         let rounding = S::of(<S::Number as Real>::EPSILON.to_f64());
         let value = rounding.max((v.value * distance.inverse).sqrt());
         let half = S::of(0.5) * distance.inverse / value;
-        let mut q = Partials { value, tangent: v.tangent, length: v.length };
-        for k in 0..3 {
-            q.tangent[k] = scale(half, v.tangent[k]);
-            q.length[k] = half * (v.length[k] + v.value * slopes[k]);
+        Partials {
+            value,
+            tangent: v.tangent.map(|by_tangent| scale(half, by_tangent)),
+            length: std::array::from_fn(|k| half * (v.length[k] + v.value * slopes[k])),
         }
-        q
     }
 
     #[inline(always)]
