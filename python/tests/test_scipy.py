@@ -152,3 +152,53 @@ def test_constant_spans_have_all_their_places_as_roots():
     assert np.array_equal(flat, interpolate.CubicSpline(x, np.zeros(5), bc_type="natural").roots(), equal_nan=True)
     touching = fc.CubicSplineBatch(x, ((x - 2) ** 2)[None]).roots()[0]
     assert np.allclose(touching, 2)
+
+
+class One:
+    """A CubicSpline of SciPy's tests: a batch of one curve."""
+
+    def __init__(self, x, y, axis=0, bc_type="not-a-knot", extrapolate=None):
+        x, y = np.asarray(x), np.moveaxis(np.asarray(y), axis, 0)
+        self.batch = fc.CubicSplineBatch(x[None], y[None], bc_type=bc_type, extrapolate=extrapolate)
+        if self.batch.status[0] != "converged":
+            raise ValueError(self.batch.messages[0])
+        self.x, self.c = self.batch.x[0], self.batch.c[0]
+
+    def __call__(self, x, nu=0):
+        return np.asarray(self.batch(x, nu)[0])
+
+    def derivative(self, nu=1):
+        return lambda x: self.batch.derivative(nu)(x)[0]
+
+
+def smoothing_spline(x, y, w=None, lam=None):
+    """``make_smoothing_spline`` of SciPy's tests: a plane curve of one coordinate."""
+    curve = np.stack([np.asarray(y, float), np.zeros(len(y))], axis=1)
+    weights = None if w is None else [np.asarray(w, float)]
+    fit = fc.Smoothing(lam="gcv" if lam is None else lam).fit([curve], t=[np.asarray(x, float)], weights=weights, device="cpu")
+    return lambda u: fit(np.asarray(u))[0][..., 0]
+
+
+@pytest.mark.parametrize(
+    ("module", "suite", "name"),
+    [
+        *(
+            ("test_polyint", "TestCubicSpline", f"test_{name}")
+            for name in (
+                "general", "periodic", "periodic_eval", "periodic_three_points_multidim",
+                "second_derivative_continuity_gh_11758", "small_dx", "three_points",
+            )  # fmt: skip
+        ),
+        *(
+            ("test_bsplines", "TestSmoothingSpline", f"test_{name}")
+            for name in ("compare_with_GCVSPL", "non_regularized_case", "weighted_smoothing_spline")
+        ),
+    ],
+)
+def test_scipys_own_tests_pass(monkeypatch, module, suite, name):
+    """Left out are those of complex numbers, and of smoothing splines that SciPy refuses: of four points, or with equal parameters."""
+    tests = pytest.importorskip(f"scipy.interpolate.tests.{module}")
+    monkeypatch.setattr(tests, "CubicSpline", One, raising=False)
+    monkeypatch.setattr(tests, "make_smoothing_spline", smoothing_spline, raising=False)
+    own = getattr(getattr(tests, suite)(), name)
+    own(*([np] if "xp" in own.__code__.co_varnames[: own.__code__.co_argcount] else []))
