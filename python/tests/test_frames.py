@@ -245,3 +245,65 @@ def test_tracks_of_a_table_come_out_at_times(kind):
         fc.from_dataframe(table, by="mmsi")
     with pytest.raises(TypeError, match="times are of tracks of a table"):
         fc.Natural().fit([PATH]).at(1)
+
+
+def test_times_of_arrow_tables_stay_times():
+    pa = pytest.importorskip("pyarrow")
+    kind = pa.list_(pa.timestamp("us"))
+    when = [[datetime.datetime(2024, 3, 28, hour) for hour in (6, 12, 18)]]
+    table = pa.table({"points": pa.array([[[0.0, 0.0], [1.0, 1.0], [2.0, 0.0]]]), "when": pa.array(when, kind)})
+    made = fc.FairBatch(fc.Natural(), t="when", samples={"per_span": 2})(table)
+    assert made["fair_t"].type == kind and made["when"].to_pylist() == when
+    assert [one.hour for one in made["fair_t"].to_pylist()[0]] == [6, 9, 12, 15, 18]
+
+
+hypothesis = pytest.importorskip("hypothesis")
+from hypothesis import given, settings  # noqa: E402
+from hypothesis import strategies as some  # noqa: E402
+
+COUNTS = some.lists(some.integers(3, 7), min_size=1, max_size=5)
+
+
+@settings(max_examples=60, deadline=None)
+@given(COUNTS, COUNTS, some.sampled_from(["t", "weights", "pinned", "list"]))
+def test_lists_of_values_fit_the_curves_or_raise(counts, others, name):
+    rng = np.random.default_rng(len(counts))
+    curves = [rng.normal(size=(n, 2)).cumsum(0) for n in counts]
+    values = [np.arange(n) > 0 if name == "pinned" else np.arange(1.0, n + 1) for n in others]
+    given_values = {"weights" if name == "list" else name: [one.tolist() for one in values] if name == "list" else values}
+    act = lambda: fc.Smoothing(lam=1.0).fit(curves, device="cpu", **given_values)  # noqa: E731
+    if counts == others:
+        assert (act().status == "converged").all()
+    else:
+        with pytest.raises(ValueError, match="numbers for the|has lists for"):
+            act()
+
+
+RINGS = some.lists(some.sampled_from(["none", "line", "ring", "holed", "lines", "parts"]), min_size=1, max_size=6)
+
+
+@settings(max_examples=40, deadline=None)
+@given(RINGS, some.booleans())
+def test_rows_of_curves_are_those_of_their_geometries(kinds, labelled):
+    def square(x, y, size):
+        return [(x, y), (x + size, y), (x + size, y + size), (x, y + size)]
+
+    def made(kind, x):
+        line = LineString([(x, 0), (x + 1, 1), (x + 2, 0)])
+        polygon = Polygon(square(x, 0, 3), [square(x + 1, 1, 1)] if kind == "holed" else [])
+        other = Polygon(square(x, 10, 3))
+        lines, parts = shapely.MultiLineString([line, LineString([(x, 5), (x + 1, 6)])]), shapely.MultiPolygon([polygon, other])
+        return {"none": None, "line": line, "ring": polygon, "holed": polygon, "lines": lines, "parts": parts}[kind]
+
+    index = [f"row {k}" for k in range(len(kinds))] if labelled else None
+    series = gpd.GeoSeries([made(kind, 10.0 * k) for k, kind in enumerate(kinds)], index=index, crs=32632)
+    fit = fc.Natural().fit(series, device="cpu")
+    counts = [{"none": 0, "line": 1, "ring": 1}.get(kind, 2) for kind in kinds]
+    assert fit.rows.tolist() == np.repeat(np.arange(len(kinds)), counts).tolist()
+    assert fit.length.index.equals(series.index.take(fit.rows))
+    rows = fit.to_frame()
+    assert rows.index.equals(series.index) and (rows["status"].isna() == series.isna()).all()
+    sums = fit.length.groupby(fit.rows).sum()
+    assert np.allclose(rows["length"].dropna(), sums)
+    samples = fit.sample(per_span=4)
+    assert samples.index.equals(series.index) and (samples.geom_type == series.geom_type)[~series.isna()].all()
