@@ -56,8 +56,9 @@ class Ragged:
     degrees: bool = False
     #: Whether all curves are rings of polygons of a table's rows, which may share borders.
     polygons: bool = False
-    #: The table that the curves were read from.
+    #: The table that the curves were read from, the number of its rows, and the row of every point.
     table: Any = None
+    order: Any = None
     #: Whether values of points may come flat, as the points themselves did.
     flat: bool = False
 
@@ -81,15 +82,22 @@ def floats(values: Any, what: str) -> Floats:
     if isinstance(values, np.ma.MaskedArray):
         values = np.ma.filled(values.astype(np.float64), np.nan)
     elif type(values).__module__.partition(".")[0] == "pandas" and hasattr(values, "to_numpy"):
-        values = values.to_numpy(np.float64, na_value=np.nan)
+        try:
+            values = values.to_numpy(np.float64, na_value=np.nan)
+        except (TypeError, ValueError):
+            values = values.to_numpy()
     kind = getattr(values, "dtype", np.asarray(values).dtype if isinstance(values, (list, tuple)) and _is_regular(values) else None)
     if isinstance(kind, np.dtype) and kind.kind not in "biufO":
         raise TypeError(f"{what} must be numbers, and not {kind}")
     try:
-        array = np.ascontiguousarray(values, np.float64)
+        return np.ascontiguousarray(values, np.float64)
     except (TypeError, ValueError) as error:
+        array = np.asarray(values, dtype=object) if _is_regular(values) else None
+        missing = [type(one).__name__ in ("NAType", "NaTType") for one in array.flat] if array is not None else []
+        if array is not None and any(missing):
+            known = [np.nan if is_missing else one for one, is_missing in zip(array.flat, missing)]
+            return floats(np.array(known, dtype=object).reshape(array.shape), what)
         raise TypeError(f"{what} must be numbers: {error}") from None
-    return array
 
 
 def _is_regular(values: Any) -> bool:
@@ -252,6 +260,8 @@ def per_point(values: Any, curves: Ragged, what: str, converted: Callable[[Any, 
         Makes floats of what is brought, and raises for what it cannot read.
     """
     counts = curves.counts
+    if type(values).__module__.startswith("pandas") and len(values) > 0 and np.ndim(values.iloc[0] if hasattr(values, "iloc") else 0) > 0:
+        values = values.tolist()
     module = type(values).__module__.partition(".")[0]
     if module in ("pyarrow", "awkward"):
         flat, own = _lists_of(values, what, module, converted)
@@ -268,6 +278,9 @@ def per_point(values: Any, curves: Ragged, what: str, converted: Callable[[Any, 
             shape = f"({len(counts)}, {counts[0]})" if len(counts) and (counts == counts[0]).all() else "a list a curve"
             raise ValueError(f"{what} has the shape {array.shape}; it must be as the points are: {shape}")
         return array.reshape(-1)
+    if curves.order is not None and array.size == curves.table.rows:
+        # In the order of the table.
+        return np.asarray(array.reshape(-1)[curves.order])
     if curves.flat and array.size == int(curves.offsets[-1]):
         return array.reshape(-1)
     if len(counts) > 0 and (counts == array.size).all():

@@ -41,7 +41,12 @@ def lists_of_numbers(values: Any) -> tuple[Any, Any]:
     if not _is_list(array.type):
         raise TypeError(f"a pyarrow array of numbers a curve holds lists, not {array.type}")
     items, offsets = _lists(array)
-    return items.to_numpy(zero_copy_only=False), np.diff(offsets)
+    numbers = items.to_numpy(zero_copy_only=False)
+    if pa.types.is_timestamp(items.type) and items.type.tz is not None:
+        import pandas as pd
+
+        numbers = pd.DatetimeIndex(numbers).tz_localize("UTC").tz_convert(items.type.tz)
+    return numbers, np.diff(offsets)
 
 
 #: Names of the coordinates of points in structs, in their order.
@@ -87,6 +92,9 @@ def ragged(curves: Any) -> Ragged:
     else:
         raise TypeError(f"points are lists or structs of numbers in pyarrow, not {kind}")
 
+    if items.null_count:
+        coords = coords.copy()
+        coords[~np.asarray(items.is_valid())] = np.nan
     back = partial(_back, names, fields, kind, given.type, nulls)
     return Ragged(coords, offsets, back)
 

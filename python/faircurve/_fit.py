@@ -68,11 +68,14 @@ class Fit:
 
     def _of_curves(self, values: Any) -> Any:
         """Values of curves: a Series with the labels of their rows where rows have labels."""
-        if self._curves.index is None:
+        index = self._curves.index
+        if index is None:
             return values
         import pandas as pd
 
-        return pd.Series(values, index=self._curves.index.take(self.rows))
+        if not index.is_unique and not np.array_equal(self.rows, np.arange(len(index))):
+            raise ValueError("labels of rows repeat, and rows have several curves or none: give the frame another index, or use to_frame()")
+        return pd.Series(values, index=index.take(self.rows), dtype=object if isinstance(values, list) else None)
 
     @functools.cached_property
     def _report(self) -> dict[str, Any]:
@@ -109,6 +112,7 @@ class Fit:
 
         if per not in ("row", "curve"):
             raise ValueError(f"per is {per!r}; 'row' and 'curve' are possible")
+        warn_of_degrees(self._curves, self._recipe, "to_frame")
         frame = pd.DataFrame({**self._report, "length": self._length, "max_curvature": self._max_curvature})
         index = self._curves.index
         if per == "curve":
@@ -117,14 +121,12 @@ class Fit:
         # Of a row's curves the one with the worst status comes first.
         frame["row"] = self.rows
         order = np.argsort((self._report["status"] != "converged") * -1, kind="stable")
-        worst = frame.iloc[order].groupby("row")[["status", "message"]].first()
-        sums, all_names = ["energy", "iterations", "length"], [name for name in frame if name not in ("row", "status", "message")]
-        numbers = frame.groupby("row")[all_names].agg({name: "sum" if name in sums else "max" for name in all_names})
-        made = worst.join(numbers)
-        if index is None:
-            return made
-        made = made.reindex(np.arange(len(index)))
-        return made.set_index(index)
+        rows = frame.groupby("row")
+        made = frame.iloc[order].groupby("row")[["status", "message"]].first()
+        for name in frame.columns.drop(["row", "status", "message"]):
+            made[name] = rows[name].sum(min_count=1) if name in ("energy", "iterations", "length") else rows[name].max()
+        made["iterations"] = made["iterations"].astype("Int64")
+        return made if index is None else made.reindex(np.arange(len(index))).set_index(index)
 
     @property
     def status(self) -> Any:
@@ -210,7 +212,8 @@ class Fit:
         beyond = (own < a) | (own > b)
         if outside == "raise" and beyond.any():
             k = int(np.argmax(beyond))
-            raise ValueError(f"the parameter {own[k]:g} is outside curve {curve[k]}, which goes from {a[k]:g} to {b[k]:g}")
+            asked, start, end = self._dated(np.array([own[k], a[k], b[k]]))
+            raise ValueError(f"the parameter {asked} is outside curve {curve[k]}, which goes from {start} to {end}")
         if outside == "nan":
             own[beyond] = np.nan
         else:
@@ -288,8 +291,8 @@ class Fit:
         t = split(self._fit.sample_parameters(how, float(value)), offsets)
         return made, [self._dated(one) for one in t]
 
-    def _dated(self, seconds: Floats) -> Any:
-        return seconds if self._clock is None else self._clock.back(seconds)
+    def _dated(self, seconds: Floats, exact: bool = False) -> Any:
+        return seconds if self._clock is None else self._clock.back(seconds, exact)
 
     def at(self, times: Any) -> Any:
         """Tracks at times, as a table of the kind that :func:`from_dataframe` was given: pandas or polars.
@@ -344,7 +347,7 @@ class Fit:
     def knots(self) -> list[Any]:
         """The parameters of each curve's knots; a closed curve has the one more at which it meets its first point again."""
         t, offsets = self._fit.knots()
-        return [self._dated(one) for one in split(t, offsets)]
+        return [self._dated(one, exact=True) for one in split(t, offsets)]
 
     def to_bezier(self, tolerance: float | None = None) -> list[Floats]:
         """The curves as cubic Béziers: an array (k, 4, d) each, exact for splines.
@@ -365,6 +368,24 @@ class Fit:
         chains = split(coords.reshape(-1, self._dimension), offsets)
         return [_pieces(chain, ring) for chain, ring in zip(chains, self._closed().tolist())]
 
+    def to_bpoly(self) -> list[Any]:
+        """Splines as ``scipy.interpolate.BPoly``, one a curve, exact: with antiderivatives, roots and extrapolation. Dates are seconds.
+
+        Raises
+        ------
+        TypeError
+            For curves that are no cubic between two points, as those of :class:`Fair` and :class:`Smooth`.
+        """
+        from scipy.interpolate import BPoly  # type: ignore[import-untyped]
+
+        knots = split(*self._fit.knots())
+        made = []
+        for i, (pieces, own) in enumerate(zip(self.to_bezier(), knots)):
+            if len(pieces) != len(own) - 1:
+                raise TypeError(f"curve {i} is no cubic between two points: curves of Natural and Smoothing(lam, deviation, tube) are")
+            made.append(BPoly(np.ascontiguousarray(pieces.transpose(1, 0, 2)), own))
+        return made
+
     # --- some of them, and pictures ---
 
     def __len__(self) -> int:
@@ -377,8 +398,11 @@ class Fit:
             if not 0 <= number < len(self):
                 raise IndexError(f"there is no curve {which} of {len(self)}")
             numbers = [number]
+        elif isinstance(which, slice):
+            numbers = list(range(len(self))[which])
         else:
-            numbers = np.arange(len(self))[which if isinstance(which, slice) else np.asarray(which)].tolist()
+            flags = np.asarray(which)
+            numbers = np.arange(len(self))[flags if flags.size else flags.astype(np.int64)].tolist()
         curves = self._curves
         ends = [(int(curves.offsets[k]), int(curves.offsets[k + 1])) for k in numbers]
         chosen = Ragged(
@@ -386,9 +410,21 @@ class Fit:
             offsets_of([b - a for a, b in ends]),
             _list_back,
             None if curves.closed is None else curves.closed[numbers],
+            rows=None if curves.rows is None else curves.rows[numbers],
+            index=curves.index,
+            t=None if curves.t is None else np.concatenate([curves.t[a:b] for a, b in ends] or [curves.t[:0]]),
+            clock=curves.clock,
             degrees=curves.degrees,
+            table=None if curves.table is None else curves.table.of(numbers),
         )
-        return Fit(self._fit.select(numbers), chosen, self._dimension, self._clock, _Selection(self, numbers))
+        recipe: Any = _Selection(self, numbers)
+        method, options = self._recipe
+        is_alone = not options.get("topology") and not getattr(method, "no_crossing", False)
+        if is_alone and all(name in ("topology", "device", "precision") or name == "closed" and np.ndim(value) == 0 for name, value in options.items()):
+            # Nothing of the others takes part.
+            if not any(isinstance(getattr(method, name, None), tuple) for name in ("max_curvature", "corridor")):
+                recipe = (method, options)
+        return Fit(self._fit.select(numbers), chosen, self._dimension, self._clock, recipe)
 
     def __iter__(self) -> Iterator[Fit]:
         return (self[k] for k in range(len(self)))

@@ -192,7 +192,8 @@ class Smoothing:
     ----------
     lam : float or "gcv"
         λ of ∫|p″|² dt · λ + Σ w |p(t) − q|², 0 or more; larger is smoother. As in ``scipy.interpolate.make_smoothing_spline``. "gcv"
-        chooses that of each curve by generalised cross-validation, as SciPy does without ``lam``.
+        chooses one for each curve by generalised cross-validation of its weighted residuals. SciPy's without ``lam`` is that of unweighted
+        ones, for a coordinate at a time.
     deviation : float or str
         The smoothest curve of this kind that moves no point by more than this: in units of the input, or a part of each
         curve's size (the diagonal of the box around its points), such as ``"2%"``.
@@ -609,7 +610,7 @@ class Smooth:
         given = ragged(curves)
         _places(device, precision)
         own = {"closed": closed, "tangents": tangents, "exponents": exponents}
-        batch, clock = _batch(given, **own)
+        batch, _ = _batch(given, **own)
         fit = _core.smooth(
             batch,
             self.exponent,
@@ -623,4 +624,4 @@ class Smooth:
             device,
             precision,
         )
-        return Fit(fit, given, fit.dimension, clock, _recipe(self, **own, device=device, precision=precision))
+        return Fit(fit, given, fit.dimension, None, _recipe(self, **own, device=device, precision=precision))

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import inspect
+import numbers
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -32,8 +34,9 @@ class _Table:
     """Tracks of a table: its columns in the order of points."""
 
     kind: str
+    rows: int
     by: str | None
-    names: list[Any]
+    names: Any
     coords: tuple[str, ...]
     t: str | None
     seconds: Floats | None
@@ -44,28 +47,33 @@ class _Table:
     def at(self, fit: Any, times: Any) -> Any:
         """See :meth:`Fit.at`."""
         knots = split(*fit._fit.knots())
-        if isinstance(times, (str, int, float, np.timedelta64)) or hasattr(times, "total_seconds"):
-            step = _times.step_of(times, self.clock)
-            own = [_times.grid(k[0], k[-1], step) if len(k) else np.zeros(0) for k in knots]
+        of_tracks = [] if self.seconds is None else split(self.seconds, self.offsets)
+        for given, k in zip(of_tracks, knots):
+            if len(given) == len(k) and not np.array_equal(given, k, equal_nan=True):
+                raise TypeError(f'the parameters of the fit are not the times of column "{self.t}": leave t out, and take a method in time')
+        if isinstance(times, (str, numbers.Number, np.timedelta64)) or hasattr(times, "total_seconds"):
+            step, origin = _times.step_of(times, self.clock), 0 if self.clock is None else self.clock.origin
+            own = [_times.grid(k[0], k[-1], step, origin) if len(k) else np.zeros(0) for k in knots]
         else:
             asked = np.sort(_times.parameters(times, self.clock, "times").reshape(-1))
             own = [asked[(asked >= k[0]) & (asked <= k[-1])] if len(k) else asked[:0] for k in knots]
         counts = [len(one) for one in own]
         flat, ends = np.concatenate(own) if own else np.zeros(0), offsets_of(counts)
-        places, rates = (fit._fit.evaluate(flat, ends, nu).reshape(len(flat), -1) for nu in (0, 1))
+        places, rates = (fit._fit.evaluate(flat, ends, nu).reshape(len(flat), fit._dimension) for nu in (0, 1))
         columns: dict[str, Any] = {}
         if self.by is not None:
-            columns[self.by] = np.repeat(np.array(self.names, dtype=np.asarray(self.names).dtype), counts)
+            which = np.repeat(np.arange(len(counts)), counts)
+            columns[self.by] = self.names.take(which) if hasattr(self.names, "take") else self.names.gather(which)
         columns[self.t or "t"] = flat if self.clock is None else self.clock.back(flat)
         degrees = self.is_in_degrees()
-        for k, name in enumerate(self.coords):
-            columns[name] = (places[:, k] + 180) % 360 - 180 if degrees and k == 0 else places[:, k]
+        for axis, name in enumerate(self.coords):
+            columns[name] = (places[:, axis] + 180) % 360 - 180 if degrees and axis == 0 else places[:, axis]
         if degrees:
             rates[:, :2] *= _metres_per_degree(places[:, 1])
         columns["speed"] = np.sqrt((rates**2).sum(axis=1))
         columns["heading"] = np.degrees(np.arctan2(rates[:, 0], rates[:, 1])) % 360
         for name, values in self.carry.items():
-            columns[name] = self._between(values, own)
+            columns[name] = self._between(values, own, knots)
         if self.kind == "polars":
             import polars
 
@@ -74,18 +82,27 @@ class _Table:
 
         return pd.DataFrame(columns)
 
+    def of(self, tracks: list[int]) -> _Table:
+        """Some of the tracks."""
+        ends = [(int(self.offsets[i]), int(self.offsets[i + 1])) for i in tracks]
+        points = np.concatenate([np.arange(a, b) for a, b in ends] or [np.zeros(0, np.int64)])
+        carry = {name: values[points] for name, values in self.carry.items()}
+        seconds = None if self.seconds is None else self.seconds[points]
+        names = self.names.take(tracks) if hasattr(self.names, "take") else self.names.gather(tracks)
+        return replace(self, names=names, seconds=seconds, offsets=offsets_of([b - a for a, b in ends]), carry=carry)
+
     def is_in_degrees(self) -> bool:
         """Whether coordinates are longitudes and latitudes, by their names."""
-        return all(name.lower() in words for name, words in zip(self.coords, _DEGREES))
+        return all(str(name).lower() in words for name, words in zip(self.coords, _DEGREES))
 
-    def _between(self, values: NDArray[Any], own: list[Floats]) -> Any:
+    def _between(self, values: NDArray[Any], own: list[Floats], knots: list[Floats]) -> Any:
         """A column at times: numbers in proportion to the time, others of the nearer point."""
         made = []
         for i, at in enumerate(own):
             a, b = int(self.offsets[i]), int(self.offsets[i + 1])
-            t = self.seconds[a:b] if self.seconds is not None else np.arange(b - a, dtype=float)
-            mine = values[a:b]
-            if values.dtype.kind in "biuf" and values.dtype.kind != "b":
+            t = self.seconds[a:b] if self.seconds is not None else knots[i][: b - a]
+            mine = values[a : a + len(t)]
+            if values.dtype.kind in "iuf":
                 made.append(np.interp(at, t, mine.astype(float)) if b > a else at)
                 continue
             after = np.clip(np.searchsorted(t, at), 1, max(1, b - a - 1))
@@ -132,27 +149,28 @@ def from_dataframe(table: Any, *, by: str | None = None, coords: Sequence[str] =
     kind = type(table).__module__.partition(".")[0]
     if kind not in ("pandas", "polars", "geopandas"):
         raise TypeError(f"a table is a data frame of pandas or polars, and not a {type(table).__name__}")
+    for what, names in (("coords", coords), ("carry", carry)):
+        if isinstance(names, str):
+            raise TypeError(f'{what} is "{names}"; it must be a list of columns')
     if len(coords) not in (2, 3):
         raise ValueError(f"coords has {len(coords)} columns; 2 or 3 are possible")
+    if isinstance(by, (list, tuple)):
+        raise TypeError(f"by is {by!r}; it must be one column")
+    taken = [name for name in (by, *coords, t, "speed", "heading") if name is not None]
+    twice = next((name for k, name in enumerate(carry) if name in taken or name in list(carry)[:k]), None)
+    if twice is not None:
+        raise ValueError(f'carry has "{twice}", which comes out anyway: leave it out, or call the column by another name')
     wanted = [name for name in (by, *coords, t, *carry) if name is not None]
     missing = [name for name in wanted if name not in table.columns]
     if missing:
         raise ValueError(f'there is no column "{missing[0]}": the table has {", ".join(map(str, table.columns))}')
     n = len(table)
-    if by is None:
-        names, labels = [None], np.zeros(n, np.int64)
-    else:
-        keys = np.asarray(table[by].to_numpy())
-        known = ~_is_missing(keys)
-        found, first, inverse = np.unique(keys[known], return_index=True, return_inverse=True)
-        place = np.empty(len(found), np.int64)
-        place[np.argsort(first)] = np.arange(len(found))
-        labels = np.full(n, -1, np.int64)
-        labels[known] = place[inverse]
-        names = found[np.argsort(first)].tolist()
+    labels, names = _labels(table, by, kind)
     seconds, clock = (None, None) if t is None else _times.seconds_of(table[t] if kind != "polars" else table[t].to_numpy(), f'column "{t}"')
     if kind == "polars" and clock is not None and getattr(table[t].dtype, "time_zone", None):
-        clock = Clock(clock.unit, table[t].dtype.time_zone, clock.span)
+        clock = replace(clock, zone=table[t].dtype.time_zone)
+    if seconds is not None and clock is None and kind == "polars":
+        seconds = floats(seconds, f'column "{t}"')
     order = np.lexsort((labels,) if seconds is None else (seconds, labels))
     order = order[labels[order] >= 0]
     counts = np.bincount(labels[order], minlength=len(names))
@@ -160,13 +178,46 @@ def from_dataframe(table: Any, *, by: str | None = None, coords: Sequence[str] =
     own = None if seconds is None else seconds[order]
     offsets = offsets_of(counts)
     made = _Table(
-        kind, by, names, tuple(coords), t, own, clock, offsets, {name: np.asarray(table[name].to_numpy())[order] for name in carry}
+        kind, n, by, names, tuple(coords), t, own, clock, offsets, {name: np.asarray(table[name].to_numpy())[order] for name in carry}
     )
-    return Ragged(np.stack(columns, axis=1), offsets, _list_back, t=own, clock=clock, degrees=made.is_in_degrees(), table=made)
+    return Ragged(np.stack(columns, axis=1), offsets, _list_back, t=own, clock=clock, degrees=made.is_in_degrees(), table=made, order=order)
 
 
-def _is_missing(keys: NDArray[Any]) -> NDArray[np.bool_]:
-    return np.array([key is None or key != key for key in keys.tolist()], bool) if keys.dtype.kind in "Of" else np.zeros(len(keys), bool)
+def _labels(table: Any, by: str | None, kind: str) -> tuple[NDArray[np.int64], Any]:
+    """The track of every row, −1 for none, and the names of tracks in the order in which they first appear."""
+    if by is None:
+        return np.zeros(len(table), np.int64), np.array([None])
+    if kind == "polars":
+        import polars
+
+        names = table[by].drop_nulls().unique(maintain_order=True)
+        places = polars.DataFrame({by: names, "_place": np.arange(len(names))})
+        found = table.select(by).join(places, on=by, how="left", maintain_order="left")["_place"]
+        return found.fill_null(-1).to_numpy().astype(np.int64), names
+    import pandas as pd
+
+    codes, names = pd.factorize(table[by])
+    return codes.astype(np.int64), names
+
+
+def _times_of_samples(t: list[Any], kind: Any) -> Any:
+    """The parameters of samples as lists: of times of at least microseconds where those of points are times, else of numbers."""
+    import pyarrow as pa
+
+    given = kind.value_type
+    values = np.concatenate([np.asarray(one) for one in t]) if t else np.zeros(0)
+    if pa.types.is_timestamp(given) or pa.types.is_duration(given):
+        unit = given.unit if given.unit == "ns" else "us"
+        own = pa.timestamp(unit, given.tz) if pa.types.is_timestamp(given) else pa.duration(unit)
+        letter = "M" if pa.types.is_timestamp(given) else "m"
+        flat = pa.array(values.astype(f"{letter}8[{unit}]").view(np.int64), pa.int64()).cast(own)
+    elif pa.types.is_date(given):
+        flat = pa.array(values.astype("M8[us]").view(np.int64), pa.int64()).cast(pa.timestamp("us"))
+    else:
+        flat = pa.array(values.astype(np.float64))
+    large = pa.types.is_large_list(kind)
+    ends = pa.array(offsets_of([len(one) for one in t]), pa.int64() if large else pa.int32())
+    return (pa.LargeListArray if large else pa.ListArray).from_arrays(ends, flat)
 
 
 class FairBatch:
@@ -228,6 +279,13 @@ class FairBatch:
         known = ("count", "per_span", "points", "spacing", "tolerance")
         if len(self.samples) != 1 or next(iter(self.samples)) not in known:
             raise ValueError(f"samples is {self.samples!r}; it must be one of {', '.join(known)}, as in {{'count': 64}}")
+        amount = next(iter(self.samples.values()))
+        if not isinstance(amount, numbers.Number) or not amount > 0:
+            raise ValueError(f"samples is {self.samples!r}; its number must be positive")
+        arguments = inspect.signature(method.fit).parameters
+        other = next((name for name, column in self.columns.items() if column is not None and name not in arguments), None)
+        if other is not None:
+            raise TypeError(f"{other} is no argument of {type(method).__name__}.fit: leave it out")
         self.prefix, self.report = prefix, report
         self.device, self.precision = device, precision
 
@@ -243,19 +301,31 @@ class FairBatch:
         import pyarrow as pa
 
         table = pa.Table.from_batches([table]) if isinstance(table, pa.RecordBatch) else table
+        if not isinstance(table, pa.Table):
+            raise TypeError(f"a part of a table is a pyarrow Table or RecordBatch, and not a {type(table).__name__}")
         given = {name: column for name, column in self.columns.items() if column is not None}
         for column in (self.points, *given.values()):
             if column not in table.column_names:
                 raise ValueError(f'there is no column "{column}": the table has {", ".join(table.column_names)}')
         curves = table[self.points].combine_chunks()
         options: dict[str, Any] = {"device": self._device(), "precision": self.precision, "closed": self.closed}
-        options.update({name: table[column].combine_chunks() for name, column in given.items()})
+        # Where one list is null all are, and the curve is invalid.
+        lists = {name: table[column].combine_chunks() for name, column in given.items()}
+        nulls = [column.is_null() for column in (curves, *lists.values())]
+        if any(column.null_count for column in (curves, *lists.values())):
+            import pyarrow.compute as compute
+
+            missing = nulls[0]
+            for own in nulls[1:]:
+                missing = compute.or_(missing, own)
+            curves = compute.if_else(missing, pa.scalar(None, curves.type), curves)
+            lists = {name: compute.if_else(missing, pa.scalar(None, column.type), column) for name, column in lists.items()}
+        options.update(lists)
         fit = self.method.fit(curves, **options)
         samples, t = fit.sample(**self.samples, return_t=True)
         table = self._with(table, "points", samples)
         if "t" in given:
-            kind = table[given["t"]].type
-            table = self._with(table, "t", pa.array([list(one) for one in t], kind if pa.types.is_list(kind) else None))
+            table = self._with(table, "t", _times_of_samples(t, table[given["t"]].type))
         if self.report:
             columns = fit.report()
             for name, kind in _REPORT.items():

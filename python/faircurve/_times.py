@@ -17,22 +17,26 @@ _PER_SECOND = {"ms": 10**3, "us": 10**6, "ns": 10**9, "ps": 10**12, "fs": 10**15
 
 @dataclass(frozen=True)
 class Clock:
-    """What seconds stand for: dates with a zone or without, or spans of time."""
+    """What seconds stand for: dates with a zone or without, or spans of time. They are counted from ``origin``, in whole seconds
+    since 1970, so that they keep their digits."""
 
     unit: str
     zone: Any = None
     span: bool = False
+    origin: int = 0
 
-    def back(self, seconds: Floats) -> Any:
-        """Seconds as ``datetime64`` or ``timedelta64`` of the unit; with a zone as pandas' ``DatetimeIndex``."""
-        per = _PER_SECOND.get(self.unit, 1)
+    def back(self, seconds: Floats, exact: bool = False) -> Any:
+        """Seconds as ``datetime64`` or ``timedelta64`` of the unit, of microseconds at least if they are not ``exact``; with a zone as
+        pandas' ``DatetimeIndex``."""
+        unit = self.unit if exact or self.unit in ("us", "ns", "ps", "fs", "as") else "us"
+        own = unit if unit in _PER_SECOND else "s"
+        per = _PER_SECOND.get(own, 1)
         known = np.isfinite(seconds)
         whole = np.floor(np.where(known, seconds, 0.0))
-        ticks = whole.astype(np.int64) * per + np.rint((np.where(known, seconds, 0.0) - whole) * per).astype(np.int64)
+        ticks = (whole.astype(np.int64) + self.origin) * per + np.rint((np.where(known, seconds, 0.0) - whole) * per).astype(np.int64)
         kind = "m" if self.span else "M"
-        own = self.unit if self.unit in _PER_SECOND else "s"
         dates = np.where(known, ticks.view(f"{kind}8[{own}]"), np.array("NaT", f"{kind}8[{own}]"))
-        dates = dates.astype(f"{kind}8[{self.unit}]")
+        dates = dates.astype(f"{kind}8[{unit}]")
         if self.zone is None:
             return dates
         import pandas as pd
@@ -40,30 +44,51 @@ class Clock:
         return pd.DatetimeIndex(dates).tz_localize("UTC").tz_convert(self.zone)
 
 
-def seconds_of(values: Any, what: str) -> tuple[Floats, Clock | None]:
-    """Dates, or spans of time, as seconds since 1970, with their clock; numbers as they are. NaT is NaN."""
+def _of_objects(array: NDArray[Any], what: str) -> tuple[NDArray[Any], Any]:
+    """Dates and spans of Python and pandas as ``datetime64`` or ``timedelta64``, and their zone; other objects as they are."""
+    known = [one for one in array.flat if one is not None and one == one and type(one).__name__ not in ("NAType", "NaTType")]
+    if not known or not isinstance(known[0], (datetime.date, datetime.timedelta)):
+        return array, None
+    span = isinstance(known[0], datetime.timedelta)
+    zones = {getattr(one, "tzinfo", None) is not None for one in known}
+    if len(zones) > 1:
+        raise ValueError(f"{what} has dates with a zone and without")
+    zone = getattr(known[0], "tzinfo", None)
+
+    def exact(one: Any) -> Any:
+        if one is None or one != one or type(one).__name__ in ("NAType", "NaTType"):
+            return np.timedelta64("NaT") if span else np.datetime64("NaT")
+        own = one if zone is None else one.astimezone(datetime.timezone.utc).replace(tzinfo=None)
+        return own.to_numpy() if hasattr(own, "to_numpy") else (np.timedelta64(own) if span else np.datetime64(own))
+
+    made = np.array([exact(one) for one in array.flat])
+    return made.reshape(array.shape), zone
+
+
+def seconds_of(values: Any, what: str, clock: Clock | None = None) -> tuple[Floats, Clock | None]:
+    """Dates, or spans of time, as seconds since the origin of a clock, by default that of the first of them, with their own clock.
+    Numbers stay as they are. NaT is NaN."""
     zone = None
     if type(values).__module__.partition(".")[0] == "pandas":
         own = getattr(values, "dt", values)
         zone = getattr(own, "tz", None)
         values = (own.tz_convert(None) if zone is not None else values).to_numpy()
-    array = np.asarray(values)
-    if array.dtype == object and array.size > 0 and isinstance(array.flat[0], datetime.datetime):
-        zone = array.flat[0].tzinfo
-        if any((one.tzinfo is None) != (zone is None) for one in array.flat):
-            raise ValueError(f"{what} has dates with a zone and without")
-        utc = [one if zone is None else one.astimezone(datetime.timezone.utc).replace(tzinfo=None) for one in array.flat]
-        array = np.array(utc, "M8[us]").reshape(array.shape)
+    if isinstance(values, np.ma.MaskedArray) and values.dtype.kind in "mM":
+        values = np.where(np.ma.getmaskarray(values), np.array("NaT", values.dtype), values.data)
+    array = np.asarray(values) if not isinstance(values, np.ma.MaskedArray) else values
+    if array.dtype == object:
+        array, zone = _of_objects(array, what)
     if array.dtype.kind not in "mM":
         return floats(values, what), None
     unit, steps = np.datetime_data(array.dtype)
     if unit == "generic":
         raise ValueError(f"{what} holds NaT alone")
-    exact = array.astype(f"{array.dtype.kind}8[{unit if unit in _PER_SECOND else 's'}]")
-    per = _PER_SECOND.get(unit, 1)
-    whole, rest = np.divmod(exact.view(np.int64), per)
-    seconds = np.where(np.isnat(array), np.nan, whole + rest / per)
-    return np.ascontiguousarray(seconds, np.float64), Clock(unit if steps == 1 else "s", zone, array.dtype.kind == "m")
+    own_unit = unit if unit in _PER_SECOND else "s"
+    whole, rest = np.divmod(array.astype(f"{array.dtype.kind}8[{own_unit}]").view(np.int64), _PER_SECOND.get(unit, 1))
+    known, span = ~np.isnat(array), array.dtype.kind == "m"
+    origin = clock.origin if clock is not None else 0 if span or not known.any() else int(whole[known].flat[0])
+    seconds = np.where(known, (whole - origin) + rest / _PER_SECOND.get(unit, 1), np.nan)
+    return np.ascontiguousarray(seconds, np.float64), Clock(unit if steps == 1 else own_unit, zone, span, origin)
 
 
 def times(values: Any, curves: Ragged) -> tuple[Floats, Clock | None]:
@@ -71,7 +96,8 @@ def times(values: Any, curves: Ragged) -> tuple[Floats, Clock | None]:
     clocks: list[Clock | None] = []
 
     def converted(one: Any, what: str) -> Floats:
-        seconds, clock = seconds_of(one, what)
+        first = next((clock for clock in clocks if clock is not None), None)
+        seconds, clock = seconds_of(one, what, first)
         clocks.append(clock)
         return seconds
 
@@ -85,14 +111,14 @@ def times(values: Any, curves: Ragged) -> tuple[Floats, Clock | None]:
     units = [clock.unit for clock in clocks if clock is not None]
     order = ["D", "h", "m", "s", *_PER_SECOND]
     finest = max(units, key=lambda unit: order.index(unit) if unit in order else 0, default="s")
-    return flat, None if first is None else Clock(finest, first.zone, first.span)
+    return flat, None if first is None else Clock(finest, first.zone, first.span, first.origin)
 
 
 def parameters(values: Any, clock: Clock | None, what: str = "u") -> Floats:
-    """Parameters that a fit is asked at: dates of any unit where it has dates; numbers are seconds then."""
-    seconds, own = seconds_of(values, what)
+    """Parameters that a fit is asked at: dates of any unit where it has dates; numbers are seconds since 1970 then."""
+    seconds, own = seconds_of(values, what, clock)
     if own is None:
-        return seconds
+        return seconds if clock is None else seconds - clock.origin
     if clock is None or clock.span != own.span:
         kind = "numbers" if clock is None else "spans of time" if clock.span else "dates"
         raise TypeError(f"{what} holds {'spans of time' if own.span else 'dates'}, and the parameters of the fit are {kind}")
@@ -109,7 +135,10 @@ def step_of(every: Any, clock: Clock | None) -> float:
         if isinstance(every, str):
             import pandas as pd
 
-            every = pd.Timedelta(every)
+            try:
+                every = pd.Timedelta(every)
+            except ValueError as error:
+                raise ValueError(f"times is {every!r}, which is no step such as '1h': {error}") from None
         step = every / (np.timedelta64(1, "s") if isinstance(every, np.timedelta64) else datetime.timedelta(seconds=1))
     else:
         step = float(every)
@@ -118,6 +147,9 @@ def step_of(every: Any, clock: Clock | None) -> float:
     return float(step)
 
 
-def grid(first: float, last: float, step: float) -> NDArray[np.float64]:
-    """The multiples of a step from one time to another."""
-    return step * np.arange(np.ceil(first / step - 1e-9), np.floor(last / step + 1e-9) + 1) + 0.0
+def grid(first: float, last: float, step: float, origin: int = 0) -> NDArray[np.float64]:
+    """The multiples of a step from one time to another, of seconds that are counted from an origin."""
+    if not (np.isfinite(first) and np.isfinite(last)):
+        return np.zeros(0)
+    rest = float(np.mod(float(origin), step))
+    return step * np.arange(np.ceil((first + rest) / step - 1e-9), np.floor((last + rest) / step + 1e-9) + 1) - rest + 0.0

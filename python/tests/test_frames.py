@@ -83,7 +83,8 @@ def test_dates_of_any_unit_are_the_same_times(unit):
     # Derivatives are by seconds.
     assert np.abs(fit(dates[1], nu=1) - plain(6 * 3600.0, nu=1)).max() < 1e-9
     _, t = fit.sample(per_span=2, return_t=True)
-    assert t[0].dtype == f"M8[{unit}]" and t[0][2] == dates[1]
+    # Those of samples may be between those of a coarser unit.
+    assert t[0].dtype == f"M8[{unit if unit == 'ns' else 'us'}]" and t[0][2] == dates[1] and t[0][1] == dates[0] + np.timedelta64(3, "h")
 
 
 def test_zones_spans_and_what_is_no_date():
@@ -205,10 +206,25 @@ def test_beyond_the_ends_is_as_asked_for():
     assert np.allclose(closed(end + 0.3), closed(0.3)) and np.allclose(closed(-0.3), closed(end - 0.3))
     fit = fc.Natural().fit([PATH], t=[np.arange(5.0)])
     assert fit(6.0).tolist() == [[4, 0]] and np.isnan(fit([3.0, 6.0], outside="nan")[0, 1]).all()
-    with pytest.raises(ValueError, match="the parameter 6 is outside curve 0, which goes from 0 to 4"):
+    with pytest.raises(ValueError, match="the parameter 6.0 is outside curve 0, which goes from 0.0 to 4.0"):
         fit(6.0, outside="raise")
     with pytest.raises(ValueError, match="curve 0 is open"):
         fit(6.0, outside="periodic")
+
+
+def test_splines_are_scipys_bernstein_polynomials():
+    pytest.importorskip("scipy.interpolate")
+    rng = np.random.default_rng(2)
+    curves = [rng.normal(size=(n, 3)).cumsum(0) for n in (5, 8)]
+    for method in (fc.Natural(), fc.Smoothing(lam=0.2)):
+        fit = method.fit(curves)
+        u = np.linspace(0.1, 2, 9)
+        for nu in range(3):
+            found = fit(u, nu)
+            for own, wanted in zip(fit.to_bpoly(), found):
+                assert np.abs(own.derivative(nu)(u) - wanted if nu else own(u) - wanted).max() < 1e-11 * max(1, np.abs(wanted).max())
+    with pytest.raises(TypeError, match="curve 0 is no cubic between two points"):
+        fc.Fair().fit(curves).to_bpoly()
 
 
 @pytest.mark.parametrize("kind", ["pandas", "polars"])
@@ -307,3 +323,77 @@ def test_rows_of_curves_are_those_of_their_geometries(kinds, labelled):
     assert np.allclose(rows["length"].dropna(), sums)
     samples = fit.sample(per_span=4)
     assert samples.index.equals(series.index) and (samples.geom_type == series.geom_type)[~series.isna()].all()
+
+
+def test_short_steps_and_nanoseconds_keep_their_digits():
+    start = np.datetime64("2024-01-01T00:00:00.123456789", "ns")
+    for step in (np.timedelta64(3600, "s"), np.timedelta64(100, "ns")):
+        dates = start + np.arange(5) * step
+        assert (fc.Natural().fit([PATH], t=dates).knots[0] == dates).all()
+    dates = pd.date_range("2024-01-01", periods=5, freq="1ms").as_unit("ns")
+    line = np.stack([np.arange(5.0), np.zeros(5)], axis=1)
+    assert np.abs(fc.Natural().fit([line], t=dates)(dates, 1)[0, :, 0] - 1000).max() < 1e-6
+
+
+def test_parts_of_a_fit_keep_their_rows_and_tables():
+    table = pd.DataFrame({"id": ["a"] * 4 + ["b"] * 4, "x": np.arange(8.0), "y": 0.0, "t": np.arange(8.0) * 10, "c": np.arange(8.0)})
+    fit = fc.Natural().fit(fc.from_dataframe(table, by="id", coords=("x", "y"), t="t", carry=["c"]))
+    assert fit[[1]].at(10)["id"].tolist() == ["b"] * 4 and fit[fit.status == "converged"].at(10).equals(fit.at(10))
+    assert len(fit[[]]) == 0 and np.allclose(fit.at(5)["c"], fit.at(5)["t"] / 10)
+    assert len(fit.at(np.int64(5))) == len(fit.at(5)) == 14
+    lines = fc.Natural().fit(gpd.GeoSeries([LineString(PATH)] * 2, index=["p", "q"]))
+    assert lines[1:].length.index.tolist() == ["q"] and lines[1:].rows.tolist() == [1]
+    with pytest.raises(TypeError, match='the parameters of the fit are not the times of column "t"'):
+        fc.Smooth().fit(fc.from_dataframe(table, by="id", coords=("x", "y"), t="t")).at(10)
+
+
+def test_tables_that_are_not_whole_are_read_as_far_as_they_go():
+    times = pd.Series(pd.date_range("2024", periods=4, freq="1h"))
+    table = pd.DataFrame({"id": pd.array(["a", "a", pd.NA, "a"], "string"), "x": np.arange(4.0), "y": 0.0, "t": times})
+    fit = fc.Natural().fit(fc.from_dataframe(table, by="id", t="t"))
+    assert fit.at("1h")["id"].tolist() == ["a"] * 4
+    table.loc[1, "t"] = pd.NaT
+    assert len(fc.Natural().fit(fc.from_dataframe(table, by="id", t="t")).at("1h")) == 0
+    assert len(fc.Natural().fit(fc.from_dataframe(table[:0], by="id", t="t")).at("1h")) == 0
+    whole = pd.DataFrame({"id": pd.array([2**53 + 1, None, 7], "Int64"), "x": [0.0, 1, 2], "y": 0.0})
+    assert fc.from_dataframe(whole, by="id").table.names.tolist() == [2**53 + 1, 7]
+    for arguments, error, sentence in (
+        ({"carry": "x"}, TypeError, 'carry is "x"; it must be a list'),
+        ({"carry": ["t"], "t": "t"}, ValueError, 'carry has "t", which comes out anyway'),
+        ({"by": ["id"]}, TypeError, "it must be one column"),
+    ):
+        with pytest.raises(error, match=sentence):
+            fc.from_dataframe(table, **arguments)
+    # Weights in the order of the table are those of its points.
+    rows = pd.DataFrame({"x": [2.0, 0, 1, 3], "y": [0.0, 0, 5, 0], "t": [2.0, 0, 1, 3], "w": [1.0, 1, 1000, 1]})
+    heavy = fc.Smoothing(lam=1).fit(fc.from_dataframe(rows, t="t"), weights=rows["w"])
+    assert heavy(1.0)[0, 1] > 4.9
+    missing = pd.DataFrame({"x": pd.array([0, None, 2], "Int64"), "y": pd.array([0, 1, 0], "Int64")})
+    assert fc.Natural().fit([missing.to_numpy()]).status.tolist() == ["invalid"]
+
+
+@pytest.mark.parametrize("kind", ["int64", "timestamp[s]", "timestamp[us, tz=Europe/Berlin]", "duration[ms]", "date32[day]"])
+@pytest.mark.parametrize("large", [False, True])
+def test_times_of_samples_have_one_type_whatever_they_are(kind, large):
+    pa = pytest.importorskip("pyarrow")
+    given = {"int64": pa.int64(), "timestamp[s]": pa.timestamp("s"), "duration[ms]": pa.duration("ms"), "date32[day]": pa.date32()}
+    own = given.get(kind, pa.timestamp("us", "Europe/Berlin"))
+    lists = (pa.large_list if large else pa.list_)(own)
+    points = pa.array([[[0.0, 0], [1, 1], [2, 0], [3, 1]], None, [[0.0, 0], [1, 1], [2, 0], [3, 1]]], pa.list_(pa.list_(pa.float64(), 2)))
+    values = [pa.array([1, 2, 3, 5]).cast(pa.int32() if kind.startswith("date") else pa.int64()).cast(own).to_pylist()]
+    table = pa.table({"points": points, "t": pa.array([*values, *values, None], lists)})
+    batch = fc.FairBatch(fc.Natural(), t="t", samples={"count": 5}, device="cpu")
+    made = batch(table)
+    assert batch.schema(table.schema).field("fair_t").type == made.schema.field("fair_t").type == batch(table[1:]).schema.field("fair_t").type
+    assert [len(one) for one in made["fair_t"].to_pylist()] == [5, 0, 0] and made["fair_status"].to_pylist()[0] == "converged"
+    if kind == "int64":
+        assert made["fair_t"].to_pylist()[0] == [1, 2, 3, 4, 5]
+
+
+def test_nulls_of_points_and_masked_dates_are_missing():
+    pa = pytest.importorskip("pyarrow")
+    x = [pa.array(column) for column in (PATH[:4] * 1.0).T.copy()]
+    points = pa.StructArray.from_arrays(x, names=["x", "y"], mask=pa.array([False, True, False, False]))
+    assert fc.Natural().fit(pa.ListArray.from_arrays(pa.array([0, 4], pa.int32()), points)).status.tolist() == ["invalid"]
+    dates = np.ma.array(np.arange("2024-01-01", "2024-01-06", dtype="M8[D]"), mask=[0, 1, 0, 0, 0])
+    assert fc.Natural().fit([PATH], t=dates).status.tolist() == ["invalid"]

@@ -10,7 +10,7 @@ pub struct DriveArgs {
     /// The fastest drive along each path, no faster than V: times t, and columns v, a_long and a_lat
     ///
     /// In units of the input by a unit of time. Open paths begin and end at rest. Points whose entry in a
-    /// column stop is not 0 or blank are stops. A column max_speed has the largest speeds from points to the
+    /// column stop is not 0 or blank are stops, which are written. A column max_speed has the largest speeds from points to the
     /// next.
     #[arg(long, value_name = "V", requires_all = ["lateral", "accelerate", "brake"], conflicts_with_all = ["every", "at", "write"], allow_negative_numbers = true)]
     speed: Option<f64>,

@@ -60,16 +60,20 @@ impl Page<'_> {
         for (status, count) in counted(lines) {
             writeln!(out, "<tr><td>{}<td>{}", escaped(&status), thousands(count))?;
         }
-        writeln!(out, "</table>\n<h2>How often which value</h2>\n<div class=\"row\">")?;
-        for (field, meaning) in HISTOGRAMS {
-            let values: Vec<f64> = lines.iter().filter_map(|line| line[field].as_f64()).collect();
-            if let Some(bars) = histogram(&values) {
+        writeln!(out, "</table>")?;
+        let bars_of =
+            |field: &str| histogram(&lines.iter().filter_map(|line| line[field].as_f64()).collect::<Vec<_>>());
+        let bars: Vec<_> = HISTOGRAMS.iter().filter_map(|(field, meaning)| Some((bars_of(field)?, meaning))).collect();
+        if !bars.is_empty() {
+            writeln!(out, "<h2>How often which value</h2>\n<div class=\"row\">")?;
+            for (bars, meaning) in bars {
                 writeln!(out, "<figure>{bars}<figcaption>{meaning}</figcaption></figure>")?;
             }
+            writeln!(out, "</div>")?;
         }
         writeln!(
             out,
-            "</div>\n<h2>The worst</h2>\n<p>Not usable first, then by deviation and curvature.</p>\n<div class=\"row\">"
+            "<h2>The worst</h2>\n<p>Not usable first, then by deviation and curvature.</p>\n<div class=\"row\">"
         )?;
         for i in worst(lines) {
             self.figure(out, i, picture(i))?;

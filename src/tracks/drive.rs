@@ -51,10 +51,10 @@ impl Vehicle {
 /// Columns follow: `v`, the speed; `a_long`, the acceleration from each sample to the next, and at the
 /// last one that before; `a_lat`, v² times the curvature, positive to the left in the plane. The drive
 /// begins at time 0. Open curves begin and end at rest, closed ones go on. Data points whose entry in the
-/// column `stop` is not 0 or blank are stops. Where the column `max_speed` of a data point is a number, the
+/// column `stop` is not 0 or blank are stops, and samples, too. Where the column `max_speed` of a data point is a number, the
 /// span from it to the next one is driven no faster.
 ///
-/// The profile is piecewise of constant acceleration, in 8 parts between samples and stops: a forward and a
+/// The profile is piecewise of constant acceleration, in 8 parts between samples: a forward and a
 /// backward pass over the largest v² that the curvature at their ends allows. Of all such profiles it is the
 /// fastest. With a limit of jerk the acceleration changes from part to part by at most the jerk times the time
 /// between their middles, and from 0 next to rests. The time is then a local minimum, to 1e-7 of it. On a
@@ -148,27 +148,32 @@ impl Drive {
         speeds: &[f64],
         vehicle: &Vehicle,
     ) -> Self {
-        let sites = curve.sites(sampling);
+        let mut sites = curve.sites(sampling);
+        let is_driven = curve.is_fitted() && sites.len() > 1;
+        let place = |&(span, u): &(usize, f64)| span as f64 + u;
+        for &stop in stops.iter().filter(|_| is_driven) {
+            let at = sites.partition_point(|site| place(site) < stop as f64);
+            let is_between = sites.get(at).map_or(curve.is_closed(), |site| place(site) > stop as f64);
+            if at > 0 && is_between {
+                sites.insert(at, (stop, 0.0));
+            }
+        }
         let point = |&(span, u): &(usize, f64)| curve.jet(span, u).point.to_array().into_iter().take(curve.dimension());
         let coords = sites.iter().flat_map(point).collect();
         let n = sites.len();
-        if !curve.is_fitted() || n < 2 {
+        if !is_driven {
             let t = (0..n).map(|k| k as f64).collect();
             return Drive { sites, coords, t, end: n as f64, columns: std::array::from_fn(|_| vec![f64::NAN; n]) };
         }
-        // Sites in order: samples and stops, and parts between them.
+        // Sites in order: samples, and parts between them.
         let end = (curve.spans() - 1, 1.0);
-        let place = |&(span, u): &(usize, f64)| span as f64 + u;
         let mut marks: Vec<f64> = sites.iter().chain(curve.is_closed().then_some(&end)).map(place).collect();
-        let [first, last] = [marks[0], marks[marks.len() - 1]];
-        marks.extend(stops.iter().map(|&stop| stop as f64).filter(|stop| first < *stop && *stop < last));
-        marks.sort_unstable_by(f64::total_cmp);
         marks.dedup();
         let site = |place: f64| if place < end.0 as f64 + 1.0 { (place as usize, place.fract()) } else { end };
         let parts = |pair: &[f64]| -> [f64; PARTS] {
             std::array::from_fn(|part| pair[0] + (pair[1] - pair[0]) * part as f64 / PARTS as f64)
         };
-        let places: Vec<f64> = marks.windows(2).flat_map(parts).chain([last]).collect();
+        let places: Vec<f64> = marks.windows(2).flat_map(parts).chain(marks.last().copied()).collect();
         let samples: Vec<usize> = sites.iter().map(|site| places.partition_point(|own| *own < place(site))).collect();
         let fine: Vec<(usize, f64)> = places.into_iter().map(site).collect();
         let rests = |&(span, u): &(usize, f64)| {
