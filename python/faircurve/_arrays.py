@@ -252,7 +252,7 @@ def _of_sequence(curves: Any) -> Ragged:
 
 
 def per_point(values: Any, curves: Ragged, what: str, converted: Callable[[Any, str], Floats] = floats) -> Floats:
-    """A number for every point: a list a curve, shaped as the curves are; or one list for curves of equal length.
+    """A number for every point: one list per curve, shaped as the curves are; or one list for curves of equal length.
 
     Parameters
     ----------
@@ -275,7 +275,7 @@ def per_point(values: Any, curves: Ragged, what: str, converted: Callable[[Any, 
     array = converted(values, what)
     if array.ndim > 1:
         if array.ndim != 2 or array.shape[0] != len(counts) or not (counts == array.shape[1]).all():
-            shape = f"({len(counts)}, {counts[0]})" if len(counts) and (counts == counts[0]).all() else "a list a curve"
+            shape = f"({len(counts)}, {counts[0]})" if len(counts) and (counts == counts[0]).all() else "one list per curve"
             raise ValueError(f"{what} has the shape {array.shape}; it must be as the points are: {shape}")
         return array.reshape(-1)
     if curves.order is not None and array.size == curves.table.rows:
@@ -286,13 +286,13 @@ def per_point(values: Any, curves: Ragged, what: str, converted: Callable[[Any, 
     if len(counts) > 0 and (counts == array.size).all():
         if len(counts) == array.size > 1 and what != "t":
             raise ValueError(
-                f"{what} has {array.size} numbers for {len(counts)} curves of as many points: give a number a point, of the shape "
+                f"{what} has {array.size} numbers for {len(counts)} curves of as many points: give one number per point, of the shape "
                 f"({len(counts)}, {array.size}), as numpy.broadcast_to makes it"
             )
         return np.tile(array.reshape(-1), len(counts))
     if array.size == 0 and not counts.any():
         return array.reshape(-1)
-    raise ValueError(f"{what} has {array.size} numbers, and the curves have {_several(counts)}: give a list a curve")
+    raise ValueError(f"{what} has {array.size} numbers, and the curves have {_several(counts)}: give one list per curve")
 
 
 def _lists_of(values: Any, what: str, module: str, converted: Callable[[Any, str], Floats]) -> tuple[Floats, NDArray[Any]]:
@@ -313,13 +313,13 @@ def _several(counts: NDArray[Any]) -> str:
 
 
 def _expect_counts(own: NDArray[Any], counts: NDArray[Any], what: str) -> None:
-    """Whether there is a list for every curve, with a number a point."""
+    """Whether there is a list for every curve, with one number per point."""
     if len(own) != len(counts):
         raise ValueError(f"{what} has lists for {len(own)} curves; there are {len(counts)}")
     other = np.flatnonzero(own != counts)
     if len(other):
         i = int(other[0])
-        raise ValueError(f"{what} has {own[i]} numbers for the {counts[i]} points of curve {i}: give one a point")
+        raise ValueError(f"{what} has {own[i]} numbers for the {counts[i]} points of curve {i}: give one per point")
 
 
 def vectors_per_point(values: Any, curves: Ragged, what: str) -> Floats:
@@ -327,7 +327,7 @@ def vectors_per_point(values: Any, curves: Ragged, what: str) -> Floats:
     if isinstance(values, np.ndarray) and values.ndim == 2:
         coords = floats(values, what)
         if not (curves.flat or len(curves) == 1) or len(coords) != len(curves.coords):
-            raise ValueError(f"{what} has the shape {coords.shape}; it must be as the points are: a list of vectors a curve")
+            raise ValueError(f"{what} has the shape {coords.shape}; it must be as the points are: one list of vectors per curve")
         return coords
     given = ragged(values)
     _expect_counts(given.counts, curves.counts, what)
@@ -356,5 +356,5 @@ def per_curve(values: Any, curves: Ragged, what: str) -> NDArray[np.bool_]:
     if own.ndim == 0:
         return np.full(len(curves), bool(own))
     if own.shape != (len(curves),):
-        raise ValueError(f"{what}: {own.size} flags for {len(curves)} curves: give one a curve")
+        raise ValueError(f"{what}: {own.size} flags for {len(curves)} curves: give one per curve")
     return own

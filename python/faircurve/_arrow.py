@@ -39,7 +39,7 @@ def lists_of_numbers(values: Any) -> tuple[Any, Any]:
     """The numbers or times of lists, and how many each list has; a null is NaN."""
     array = _array(values)
     if not _is_list(array.type):
-        raise TypeError(f"a pyarrow array of numbers a curve holds lists, not {array.type}")
+        raise TypeError(f"a pyarrow array of numbers per curve holds lists, not {array.type}")
     items, offsets = _lists(array)
     numbers = items.to_numpy(zero_copy_only=False)
     if pa.types.is_timestamp(items.type) and items.type.tz is not None:

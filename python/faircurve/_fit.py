@@ -25,7 +25,7 @@ class Fit:
 
     A curve that cannot be fitted has a status and a message, and its values are those of its input as a polyline.
     Parameters are the ``t`` that was given, dates among them. Else they begin with 0 and end with the length of the points'
-    polygon (arc length for :class:`Smooth`); those of inner points are as the method's ``parametrisation`` says, and "uniform" ones
+    polygon (arc length for :class:`Smooth`); inner points have the ones of the method's ``parametrisation``, and "uniform" ones
     are 0, 1, 2 …
 
     What there is of each curve, such as ``status`` and ``length``, is an array, and for a GeoSeries or GeoDataFrame a Series with
@@ -130,7 +130,7 @@ class Fit:
 
     @property
     def status(self) -> Any:
-        """One word a curve: ``"converged"``, or why not: ``"not_converged"``, ``"unbounded"``, ``"no_minimiser"``, ``"not_unique"``,
+        """One word per curve: ``"converged"``, or why not: ``"not_converged"``, ``"unbounded"``, ``"no_minimiser"``, ``"not_unique"``,
         ``"infeasible"``, ``"degenerate"`` or ``"invalid"``."""
         return self._of_curves(self._report["status"].copy())
 
@@ -307,7 +307,7 @@ class Fit:
         -------
         A row for each track and time: the columns of tracks, times and coordinates as they were called; ``speed``, in metres by a
         second for longitudes and latitudes, else in units of the coordinates by one of the time; ``heading``, in degrees from north
-        (y) to the right; and the columns that are carried, numbers in proportion to the time, others those of the nearer point.
+        (y) to the right; and the columns that are carried, numbers in proportion to the time, others from the nearer point.
 
         Examples
         --------
@@ -369,12 +369,12 @@ class Fit:
         return [_pieces(chain, ring) for chain, ring in zip(chains, self._closed().tolist())]
 
     def to_bpoly(self) -> list[Any]:
-        """Splines as ``scipy.interpolate.BPoly``, one a curve, exact: with antiderivatives, roots and extrapolation. Dates are seconds.
+        """Splines as ``scipy.interpolate.BPoly``, one per curve, exact, with antiderivatives, roots and extrapolation. Dates are seconds.
 
         Raises
         ------
         TypeError
-            For curves that are no cubic between two points, as those of :class:`Fair` and :class:`Smooth`.
+            For curves that are no cubic between two points, such as :class:`Fair` and :class:`Smooth` make.
         """
         from scipy.interpolate import BPoly  # type: ignore[import-untyped]
 

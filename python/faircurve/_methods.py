@@ -192,8 +192,8 @@ class Smoothing:
     ----------
     lam : float or "gcv"
         λ of ∫|p″|² dt · λ + Σ w |p(t) − q|², 0 or more; larger is smoother. As in ``scipy.interpolate.make_smoothing_spline``. "gcv"
-        chooses one for each curve by generalised cross-validation of its weighted residuals. SciPy's without ``lam`` is that of unweighted
-        ones, for a coordinate at a time.
+        chooses one for each curve by generalised cross-validation of its weighted residuals. SciPy without ``lam`` takes unweighted ones,
+        one coordinate at a time.
     deviation : float or str
         The smoothest curve of this kind that moves no point by more than this: in units of the input, or a part of each
         curve's size (the diagonal of the box around its points), such as ``"2%"``.
@@ -448,12 +448,12 @@ class Fair:
         return any(limit is not None for limit in (*limits, *others)) or self.preserve_shape or self.no_crossing
 
     def _of_spans(self, name: str, column: Any, curves: Ragged) -> Any:
-        """The column of limits of single spans, with those of curves."""
+        """The limits of single spans, with the limits of curves."""
         each = getattr(self, name)
         if not isinstance(each, tuple):
             return column
         if len(each) != len(curves):
-            raise ValueError(f"{name} has {len(each)} numbers for {len(curves)} curves: give one, or one a curve")
+            raise ValueError(f"{name} has {len(each)} numbers for {len(curves)} curves: give one, or one per curve")
         of_points = np.repeat(np.array(each), curves.counts)
         if column is not None:
             of_points = np.fmin(of_points, per_point(column, curves, name))

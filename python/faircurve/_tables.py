@@ -201,7 +201,7 @@ def _labels(table: Any, by: str | None, kind: str) -> tuple[NDArray[np.int64], A
 
 
 def _times_of_samples(t: list[Any], kind: Any) -> Any:
-    """The parameters of samples as lists: of times of at least microseconds where those of points are times, else of numbers."""
+    """The parameters of samples as lists: times in microseconds or finer where points have times, else numbers."""
     import pyarrow as pa
 
     given = kind.value_type

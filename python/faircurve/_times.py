@@ -66,7 +66,7 @@ def _of_objects(array: NDArray[Any], what: str) -> tuple[NDArray[Any], Any]:
 
 
 def seconds_of(values: Any, what: str, clock: Clock | None = None) -> tuple[Floats, Clock | None]:
-    """Dates, or spans of time, as seconds since the origin of a clock, by default that of the first of them, with their own clock.
+    """Dates, or spans of time, as seconds since the origin of a clock, by default the first date, with their own clock.
     Numbers stay as they are. NaT is NaN."""
     zone = None
     if type(values).__module__.partition(".")[0] == "pandas":

@@ -189,7 +189,7 @@ impl Profile<'_> {
         (step, fall)
     }
 
-    /// w of the fastest profile, from one that keeps all limits but that of jerk.
+    /// w of the fastest profile, from a profile that keeps all limits except the jerk.
     pub fn fastest(&self, w: &[f64]) -> Vec<f64> {
         let movable: Vec<f64> = self.most.iter().map(|most| f64::from(*most > 0.0)).collect();
         let mut w = self.start(w);
