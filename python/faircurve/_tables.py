@@ -25,6 +25,9 @@ _REPORT = {"status": "string", "message": "string", "energy": "float64", "iterat
 _OWN_NUMBER = re.compile(r"^curve \d+(, |: )")
 
 
+#: Names of columns that are angles in degrees.
+_ANGLES = ("cog", "course")
+
 #: Names of longitudes and latitudes.
 _DEGREES = ({"lon", "long", "lng", "longitude"}, {"lat", "latitude"})
 
@@ -73,7 +76,7 @@ class _Table:
         columns["speed"] = np.sqrt((rates**2).sum(axis=1))
         columns["heading"] = np.degrees(np.arctan2(rates[:, 0], rates[:, 1])) % 360
         for name, values in self.carry.items():
-            columns[name] = self._between(values, own, knots)
+            columns[name] = self._between(values, str(name).lower() in _ANGLES, own, knots)
         if self.kind == "polars":
             import polars
 
@@ -95,19 +98,22 @@ class _Table:
         """Whether coordinates are longitudes and latitudes, by their names."""
         return all(str(name).lower() in words for name, words in zip(self.coords, _DEGREES))
 
-    def _between(self, values: NDArray[Any], own: list[Floats], knots: list[Floats]) -> Any:
-        """A column at times: numbers in proportion to the time, others of the nearer point."""
+    def _between(self, values: NDArray[Any], is_angle: bool, own: list[Floats], knots: list[Floats]) -> Any:
+        """A column at times: numbers in proportion to the time, angles the short way round, others from the nearer point."""
         made = []
         for i, at in enumerate(own):
             a, b = int(self.offsets[i]), int(self.offsets[i + 1])
             t = self.seconds[a:b] if self.seconds is not None else knots[i][: b - a]
             mine = values[a : a + len(t)]
-            if values.dtype.kind in "iuf":
-                made.append(np.interp(at, t, mine.astype(float)) if b > a else at)
-                continue
-            after = np.clip(np.searchsorted(t, at), 1, max(1, b - a - 1))
-            before = after - 1
-            made.append(mine[np.where(at - t[before] <= t[np.minimum(after, b - a - 1)] - at, before, np.minimum(after, b - a - 1))])
+            if len(t) < 2:
+                made.append(mine[np.zeros(len(at), np.int64)])
+            elif values.dtype.kind not in "iuf":
+                after = np.clip(np.searchsorted(t, at), 1, len(t) - 1)
+                made.append(mine[after - (at - t[after - 1] <= t[after] - at)])
+            elif is_angle:
+                made.append(np.interp(at, t, np.unwrap(mine.astype(float), period=360)) % 360)
+            else:
+                made.append(np.interp(at, t, mine.astype(float)))
         return np.concatenate(made) if made else values[:0]
 
 
@@ -134,7 +140,7 @@ def from_dataframe(table: Any, *, by: str | None = None, coords: Sequence[str] =
     t : str, optional
         A column of times, dates or numbers, by which points of a track are sorted.
     carry : sequence of str
-        Columns that :meth:`Fit.at` interpolates.
+        Columns that :meth:`Fit.at` interpolates. Those called ``cog`` or ``course`` are angles in degrees.
 
     Examples
     --------
@@ -205,7 +211,8 @@ def _times_of_samples(t: list[Any], kind: Any) -> Any:
     import pyarrow as pa
 
     given = kind.value_type
-    values = np.concatenate([np.asarray(one) for one in t]) if t else np.zeros(0)
+    plain = [one.tz_convert(None).to_numpy() if hasattr(one, "tz_convert") else one for one in t]
+    values = np.concatenate(plain) if plain else np.zeros(0)
     if pa.types.is_timestamp(given) or pa.types.is_duration(given):
         unit = given.unit if given.unit == "ns" else "us"
         own = pa.timestamp(unit, given.tz) if pa.types.is_timestamp(given) else pa.duration(unit)

@@ -341,6 +341,9 @@ def test_parts_of_a_fit_keep_their_rows_and_tables():
     assert fit[[1]].at(10)["id"].tolist() == ["b"] * 4 and fit[fit.status == "converged"].at(10).equals(fit.at(10))
     assert len(fit[[]]) == 0 and np.allclose(fit.at(5)["c"], fit.at(5)["t"] / 10)
     assert len(fit.at(np.int64(5))) == len(fit.at(5)) == 14
+    turning = table.assign(COG=[350.0, 10, 30, 350] * 2)
+    course = fc.Natural().fit(fc.from_dataframe(turning, by="id", coords=("x", "y"), t="t", carry=["COG"])).at(5)["COG"]
+    assert np.abs(course[:7] - [350, 0, 10, 20, 30, 10, 350]).max() < 1e-9
     lines = fc.Natural().fit(gpd.GeoSeries([LineString(PATH)] * 2, index=["p", "q"]))
     assert lines[1:].length.index.tolist() == ["q"] and lines[1:].rows.tolist() == [1]
     with pytest.raises(TypeError, match='the parameters of the fit are not the times of column "t"'):
