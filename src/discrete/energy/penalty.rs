@@ -34,7 +34,7 @@ pub(crate) struct Penalty<S> {
 pub(crate) const MOST_DIRECTIONS: usize = 3;
 
 /// The kind of the first direction's penalties. The kinds before limit |K|, the signed curvature, the
-/// torsion, |κ′| and the slope.
+/// torsion, κ′² and the slope.
 pub(crate) const FIRST_DIRECTION: usize = 5;
 
 /// The number of kinds of penalties. Tests have one more.

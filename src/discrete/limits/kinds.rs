@@ -107,10 +107,11 @@ impl<const D: usize> LimitKind<D> {
         is_asked: |limits, _| limits.curvature_rate.is_some(),
         slopes: |polygon, limits, _, _| {
             let bound = limits.curvature_rate.unwrap_or_default() * polygon.size * polygon.size;
-            polygon.between_edges(1.0 / bound)
+            polygon.between_edges(bound.powi(-2))
         },
         words: |broken| {
-            let [rate, bound] = [broken.quantity, 1.0 / broken.slope].map(|rate| rate / (broken.size * broken.size));
+            let size = broken.size * broken.size;
+            let [rate, bound] = [broken.quantity, 1.0 / broken.slope].map(|square: f64| square.sqrt() / size);
             let larger = match broken.is_least {
                 true => format!("a rate of {}", seven_digits(rate * (1.0 + 1e-6))),
                 false => "a larger rate".into(),
