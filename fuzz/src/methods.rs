@@ -157,7 +157,7 @@ fn fair(bytes: &mut Unstructured) -> Result<Fair> {
     let is_limited = energy.order() > 1 && bytes.ratio(1, 4)?;
     let curvature = if is_limited { Some(option(bytes, &[0.5, 1e-3, 1e3])?) } else { None };
     let mut limits = Limits { curvature, ..Limits::default() };
-    limits.curvature_rate = if bytes.ratio(1, 6)? { Some(option(bytes, &[1.0, 1e-3])?) } else { None };
+    limits.curvature_rate = if is_limited && bytes.ratio(1, 6)? { Some(option(bytes, &[1.0, 1e-3])?) } else { None };
     if is_limited && bytes.ratio(1, 2)? {
         let ways: [[f64; 3]; 2] = [[1.0, 0.5, 0.0], [-0.5, 1.0, 0.0]];
         limits.monotone = ways[..bytes.int_in_range(0..=2)?].to_vec();
