@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 import numbers
 import re
@@ -175,8 +176,6 @@ def from_dataframe(table: Any, *, by: str | None = None, coords: Sequence[str] =
     seconds, clock = (None, None) if t is None else _times.seconds_of(table[t] if kind != "polars" else table[t].to_numpy(), f'column "{t}"')
     if kind == "polars" and clock is not None and getattr(table[t].dtype, "time_zone", None):
         clock = replace(clock, zone=table[t].dtype.time_zone)
-    if seconds is not None and clock is None and kind == "polars":
-        seconds = floats(seconds, f'column "{t}"')
     order = np.lexsort((labels,) if seconds is None else (seconds, labels))
     order = order[labels[order] >= 0]
     counts = np.bincount(labels[order], minlength=len(names))
@@ -225,6 +224,14 @@ def _times_of_samples(t: list[Any], kind: Any) -> Any:
     large = pa.types.is_large_list(kind)
     ends = pa.array(offsets_of([len(one) for one in t]), pa.int64() if large else pa.int32())
     return (pa.LargeListArray if large else pa.ListArray).from_arrays(ends, flat)
+
+
+@functools.cache
+def _device() -> str:
+    """The device for all parts of a table in this process: a GPU if there is one that is no software."""
+    software = ("llvmpipe", "lavapipe", "swiftshader", "basic render")
+    real = [name for name, *_ in _core.adapters() if not any(word in name.lower() for word in software)]
+    return "gpu" if real else "cpu"
 
 
 class FairBatch:
@@ -296,13 +303,6 @@ class FairBatch:
         self.prefix, self.report = prefix, report
         self.device, self.precision = device, precision
 
-    def _device(self) -> str:
-        if self.device != "auto":
-            return self.device
-        software = ("llvmpipe", "lavapipe", "swiftshader", "basic render")
-        real = [name for name, *_ in _core.adapters() if not any(word in name.lower() for word in software)]
-        return "gpu" if real else "cpu"
-
     def __call__(self, table: Any) -> Any:
         """The table (or record batch) with the samples, and with what came of each curve."""
         import pyarrow as pa
@@ -315,24 +315,23 @@ class FairBatch:
             if column not in table.column_names:
                 raise ValueError(f'there is no column "{column}": the table has {", ".join(table.column_names)}')
         curves = table[self.points].combine_chunks()
-        options: dict[str, Any] = {"device": self._device(), "precision": self.precision, "closed": self.closed}
+        options: dict[str, Any] = {"device": _device() if self.device == "auto" else self.device, "precision": self.precision, "closed": self.closed}
         # Where one list is null all are, and the curve is invalid.
         lists = {name: table[column].combine_chunks() for name, column in given.items()}
-        nulls = [column.is_null() for column in (curves, *lists.values())]
         if any(column.null_count for column in (curves, *lists.values())):
             import pyarrow.compute as compute
 
-            missing = nulls[0]
-            for own in nulls[1:]:
-                missing = compute.or_(missing, own)
+            missing = functools.reduce(compute.or_, [column.is_null() for column in (curves, *lists.values())])
             curves = compute.if_else(missing, pa.scalar(None, curves.type), curves)
             lists = {name: compute.if_else(missing, pa.scalar(None, column.type), column) for name, column in lists.items()}
         options.update(lists)
         fit = self.method.fit(curves, **options)
-        samples, t = fit.sample(**self.samples, return_t=True)
-        table = self._with(table, "points", samples)
         if "t" in given:
+            samples, t = fit.sample(**self.samples, return_t=True)
+            table = self._with(table, "points", samples)
             table = self._with(table, "t", _times_of_samples(t, table[given["t"]].type))
+        else:
+            table = self._with(table, "points", fit.sample(**self.samples))
         if self.report:
             columns = fit.report()
             for name, kind in _REPORT.items():

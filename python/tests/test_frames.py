@@ -83,7 +83,7 @@ def test_dates_of_any_unit_are_the_same_times(unit):
     # Derivatives are by seconds.
     assert np.abs(fit(dates[1], nu=1) - plain(6 * 3600.0, nu=1)).max() < 1e-9
     _, t = fit.sample(per_span=2, return_t=True)
-    # Those of samples may be between those of a coarser unit.
+    # Samples may fall between ticks of a coarser unit.
     assert t[0].dtype == f"M8[{unit if unit == 'ns' else 'us'}]" and t[0][2] == dates[1] and t[0][1] == dates[0] + np.timedelta64(3, "h")
 
 
@@ -367,7 +367,7 @@ def test_tables_that_are_not_whole_are_read_as_far_as_they_go():
     ):
         with pytest.raises(error, match=sentence):
             fc.from_dataframe(table, **arguments)
-    # Weights in the order of the table are those of its points.
+    # Weights may come in the order of the table.
     rows = pd.DataFrame({"x": [2.0, 0, 1, 3], "y": [0.0, 0, 5, 0], "t": [2.0, 0, 1, 3], "w": [1.0, 1, 1000, 1]})
     heavy = fc.Smoothing(lam=1).fit(fc.from_dataframe(rows, t="t"), weights=rows["w"])
     assert heavy(1.0)[0, 1] > 4.9
