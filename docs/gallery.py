@@ -198,7 +198,18 @@ class Globe:
         places = [self.at(point) for point in line]
         if all(place[2] <= 0 for place in places):
             return []
-        return [(x, y) if z > 0 else (x / math.hypot(x, y), y / math.hypot(x, y)) for x, y, z in places]
+        ring: Line = []
+        for index, (x, y, z) in enumerate(places):
+            if z > 0:
+                ring.append((x, y))
+                continue
+            angle = math.atan2(y, x)
+            if places[index - 1][2] <= 0:
+                before = math.atan2(*places[index - 1][1::-1])
+                way = (angle - before + math.pi) % math.tau - math.pi
+                ring += [(math.cos(before + way * k / 8), math.sin(before + way * k / 8)) for k in range(1, 8)]
+            ring.append((math.cos(angle), math.sin(angle)))
+        return ring
 
     def draw(self, drawing: Drawing, land: str, fill: str = "#e8dfc8", sea: str = "#dcebf5") -> None:
         rim = [(math.cos(a / 60 * math.pi), math.sin(a / 60 * math.pi)) for a in range(120)]
@@ -234,7 +245,7 @@ def colouring(lands: list[tuple[str, str, list[Line]]]) -> list[int]:
 
 
 def world() -> str:
-    lands = shapes("world.geojson")
+    lands = [land for land in shapes("world.geojson") if land[0]]  # without the layer of all land
     frame = [equal_earth((lon, lat)) for lon, lat in [(-180, y) for y in range(-90, 91, 3)] + [(180, y) for y in range(90, -91, -3)]]
     drawing = Drawing(box(frame), width=1100)
     drawing.line(frame, fill="#dcebf5", stroke="#8aa5b8", width=1, closed=True)
@@ -268,16 +279,16 @@ def coarse() -> str:
 
 
 def coast() -> str:
-    picked, colours = "Norway", [ramp(VIRIDIS, share) for share in (0.9, 0.6, 0.35, 0.05)]
-    flat = math.cos(math.radians(65))
+    colours = [ramp(VIRIDIS, share) for share in (0.85, 0.6, 0.35, 0.05)]
+    globe = Globe(-42, 72)
     parts = []
-    for path in ("d20.geojson", "d50.geojson", "d100.geojson", "d200.geojson"):
-        lines = next(lines for name, _, lines in shapes(path) if name == picked)
-        parts.append([[(p[0] * flat, p[1]) for p in line] for line in lines if within(line, 0, 57, 35, 72)])
-    drawing = Drawing(box(*parts[0], margin=0.04), width=760)
+    for path in ("d20.geojson", "d100.geojson", "d200.geojson", "d400.geojson"):
+        lines = next(lines for name, _, lines in shapes(path) if name == "Greenland")
+        parts.append([globe.ring(line) for line in lines])
+    drawing = Drawing(box(*parts[0], margin=0.04), width=700, paper="#f4f8fb")
     for lines, colour in zip(parts, colours):
         drawing.line(*lines, stroke=colour, width=2.6, closed=True)
-    drawing.key([(colour, f"within {d} km") for colour, d in zip(colours, (20, 50, 100, 200))], x=60, y=90)
+    drawing.key([(colour, f"within {d} km") for colour, d in zip(colours, (20, 100, 200, 400))], x=270, y=420)
     return drawing.svg()
 
 
@@ -287,14 +298,14 @@ def inner(path: str) -> tuple[str, str]:
     return re.search(r'viewBox="([^"]*)"', text)[1], re.search(r"<svg[^>]*>(.*)</svg>", text, re.S)[1]
 
 
-def above(first: str, second: str) -> str:
-    """Two drawings of one size, one above the other."""
-    view, before = inner(first)
-    _, after = inner(second)
-    x, y, width, height = map(float, view.split())
+def above(*paths: str) -> str:
+    """Drawings of one size, one above the other."""
+    x, y, width, height = map(float, inner(paths[0])[0].split())
+    whole = (1.08 * len(paths) - 0.08) * height
+    rows_ = (f'<g transform="translate(0 {1.08 * height * index})">{inner(path)[1]}</g>' for index, path in enumerate(paths))
     return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{x} {y} {width} {2.08 * height}" width="1000" height="{1000 * 2.08 * height / width:.0f}">'
-        f'<rect x="{x}" y="{y}" width="100%" height="100%" fill="#fff"/>{before}<g transform="translate(0 {1.08 * height})">{after}</g></svg>\n'
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{x} {y} {width} {whole}" width="1000" height="{1000 * whole / width:.0f}">'
+        f'<rect x="{x}" y="{y}" width="100%" height="100%" fill="#fff"/>{"".join(rows_)}</svg>\n'
     )
 
 
@@ -306,7 +317,7 @@ def handles() -> str:
     """The first letters of the sign with their joints and handles, before and after."""
     sides = []
     for path in ("examples/data/lettering.svg", "fewer.svg"):
-        letters = re.findall(r'<path id="f\d"[^>]*?translate\(([-\d.]+) [^>]*? d="([^"]*)"', Path(path).read_text())[:3]
+        letters = re.findall(r'<path id="\w\d"[^>]*?translate\(([-\d.]+) [^>]*? d="([^"]*)"', Path(path).read_text())[:3]
         sides.append([(float(shift), svgelements.Path(data)) for shift, data in letters])
     joints = [(shift + s.end.x, s.end.y) for shift, path in sides[0] for s in path if s.end]
     x0, y0, x1, y1 = box(joints, margin=0.05)
@@ -349,23 +360,15 @@ def exponents() -> str:
     return drawing.svg()
 
 
-def tensions() -> str:
-    tensions = ["0.3", "1", "2", "8"]
-    colours = [ramp(WARM, share) for share in (0.0, 0.3, 0.75, 1.0)]
-    found = [curves(f"tau{tension}.csv", "x", "y")["ten"] for tension in tensions]
-    drawing = Drawing(box(*found, margin=0.03), width=1000)
-    for line, colour in zip(found, colours):
-        drawing.line(line, stroke=colour, width=3)
-    drawing.dots(curves("examples/data/dots.csv", "x", "y")["ten"], radius=5)
-    drawing.key([(colour, f"τ = {tension}") for colour, tension in zip(colours, tensions)], x=600, y=40)
-    return drawing.svg()
+def melted() -> str:
+    return above("melted3.svg", "melted6.svg", "melted12.svg")
 
 
 def storms() -> str:
     globe = Globe(-55, 28)
     drawing = Drawing((-1.02, -1.02, 1.02, 1.02), width=900)
     globe.draw(drawing, "world.geojson")
-    for line in curves("storms.csv", "lon", "lat", "wind").values():
+    for line in curves("storms.csv", "x", "y", "wind").values():
         for run in globe.seen(line):
             drawing.ribbon([globe.at(line[i])[:2] for i in run], [line[i][2] for i in run], WARM, 25, 140, width=1.1, steps=10)
     return drawing.svg()
@@ -374,14 +377,16 @@ def storms() -> str:
 def storm() -> str:
     fixes = [(float(r["lon"]), float(r["lat"])) for r in rows("examples/data/storms.csv.gz") if r["name"] == "Ivan" and r["year"] == "2004"]
     name = next(r["id"] for r in rows("examples/data/storms.csv.gz") if r["name"] == "Ivan" and r["year"] == "2004")
-    line = curves("hourly.csv", "x", "y", "speed")[name]
+    line = curves("storms.csv", "x", "y", "speed")[name]
     flat = math.cos(math.radians(25))
     moved = [(p[0] * flat, p[1]) for p in line]
     drawing = Drawing(box(moved, margin=0.06), width=1000, paper="#f4f8fb")
     for _, _, lines in shapes("world.geojson"):
         near = [[(p[0] * flat, p[1]) for p in part] for part in lines if within(part, -110, 0, -20, 50)]
         drawing.line(*near, fill="#e8dfc8", stroke="#ffffff", width=1, closed=True)
-    drawing.ribbon(moved, [p[2] for p in line], VIRIDIS, 0, 12, width=6)
+    drawing.ribbon(moved, [p[2] / 1000 for p in line], WARM, 5, 45, width=6)
+    for step in range(5):
+        drawing.key([(ramp(WARM, step / 4), f"{5 + 10 * step} km/h")], x=800, y=60 + 24 * step)
     drawing.dots([(p[0] * flat, p[1]) for p in fixes], radius=2.2)
     return drawing.svg()
 
@@ -489,16 +494,18 @@ def torus() -> str:
                 tiles.append((sum(c[2] for c in corners), [c[:2] for c in corners], ramp(["#5d7488", "#dbe7ef", "#ffffff"], light)))
     for _, corners, colour in sorted(tiles):
         drawing.line(corners, fill=colour, stroke=colour, width=0.6, closed=True)
-    for index, line in enumerate(found.values()):
-        # The front half of the tube is seen, but for what the near side of the ring hides.
-        runs: list[Line] = [[]]
-        for x, y, z in line:
-            u, v = math.atan2(y, x), math.atan2(z, math.hypot(x, y) - 3)
-            if front(u, v):
-                runs[-1].append(from_above((x, y, z))[:2])
-            elif runs[-1]:
-                runs.append([])
-        drawing.line(*runs, stroke=ramp([BLUE, PURPLE, ORANGE], index / (len(found) - 1)), width=2.4)
+    def visible(x: float, y: float, z: float) -> bool:
+        return front(math.atan2(y, x), math.atan2(z, math.hypot(x, y) - 3))
+
+    for hidden in (True, False):
+        for line, colour in zip(found.values(), (BLUE, "#c2185b", GREEN)):
+            runs: list[Line] = [[]]
+            for point in [*line, line[0]]:
+                if visible(*point) != hidden:
+                    runs[-1].append(from_above(point)[:2])
+                elif runs[-1]:
+                    runs.append([])
+            drawing.line(*runs, stroke=colour, width=1.2 if hidden else 3.2, more='stroke-opacity="0.25"' if hidden else "")
     return drawing.svg()
 
 
@@ -509,16 +516,28 @@ def mountain() -> str:
     low, high = min(map(min, heights)), max(map(max, heights))
     drawing = Drawing((0, -(rows_ - 1) * dy, (columns - 1) * dx, 0), width=1000)
     lows = ["#7a9e7e", "#b5c99a", "#e9d8a6", "#c9a27e", "#f2ece4"]
-    for r in range(rows_ - 1):
-        for c in range(columns - 1):
-            h = heights[r][c]
-            east = (heights[r][c + 1] - h + heights[r + 1][c + 1] - heights[r + 1][c]) / 2 / dx
-            north = (h - heights[r + 1][c] + heights[r][c + 1] - heights[r + 1][c + 1]) / 2 / dy
-            light = (-0.6 * -east + 0.6 * -north + 0.75) / math.sqrt(1 + east**2 + north**2) / 1.0
-            base = ramp(lows, (h - low) / (high - low))
-            colour = ramp(["#1d2b2a", base, "#ffffff"], 0.15 + 0.45 * light)
-            x, y = drawing.place((c * dx, -r * dy))
-            drawing.parts.append(f'<path d="M{x:.1f} {y:.1f}h{dx * drawing.scale + 0.4:.1f}v{dy * drawing.scale + 0.4:.1f}h-{dx * drawing.scale + 0.4:.1f}z" fill="{colour}"/>')
+    at = lambda r, c: heights[min(max(r, 0), rows_ - 1)][min(max(c, 0), columns - 1)]
+
+    def light(r: int, c: int) -> float:
+        east, north = (at(r, c + 1) - at(r, c - 1)) / 2 / dx, (at(r - 1, c) - at(r + 1, c)) / 2 / dy
+        return (0.6 * east - 0.6 * north + 0.75) / math.sqrt(1 + east**2 + north**2)
+
+    lights = [[light(r, c) for c in range(columns)] for r in range(rows_)]
+
+    def between(table: list[list[float]], r: float, c: float) -> float:
+        i, k = min(int(r), rows_ - 2), min(int(c), columns - 2)
+        above, below = (table[j][k] + (c - k) * (table[j][k + 1] - table[j][k]) for j in (i, i + 1))
+        return above + (r - i) * (below - above)
+
+    parts = 4
+    wide, tall = (step * drawing.scale / parts + 0.4 for step in (dx, dy))
+    for r in range(parts * (rows_ - 1)):
+        for c in range(parts * (columns - 1)):
+            i, k = (r + 0.5) / parts, (c + 0.5) / parts
+            base = ramp(lows, (between(heights, i, k) - low) / (high - low))
+            colour = ramp(["#1d2b2a", base, "#ffffff"], 0.15 + 0.45 * between(lights, i, k))
+            x, y = drawing.place((c * dx / parts, -r * dy / parts))
+            drawing.parts.append(f'<path d="M{x:.1f} {y:.1f}h{wide:.1f}v{tall:.1f}h-{wide:.1f}z" fill="{colour}"/>')
     points = curves("examples/data/path.csv", "x", "y")["path"]
     drawing.line(points, stroke="#333333", width=1.5, more='stroke-dasharray="3 7"')
     for path, colour in (("straight.csv", "#ffffff"), ("over.csv", "#c2185b")):
@@ -539,8 +558,21 @@ def contours() -> str:
 
 
 def motion() -> str:
-    text = Path("dance.svg").read_text()
-    return text.replace("<svg ", '<svg width="900" ', 1)
+    """The moving picture, over every fifth frame."""
+    x, y, width, height = map(float, inner("dance.svg")[0].split())
+    ghosts = []
+    for curve, colour in zip(json.loads(Path("dance.frames").read_text()), (ORANGE, PURPLE)):
+        for frame in curve["frames"][::5]:
+            ghosts.append(
+                f'<ellipse cx="{frame["x"]:.3f}" cy="{-frame["y"]:.3f}" rx="{0.2 * frame["scale"]:.3f}" ry="{0.14 * frame["scale"]:.3f}" '
+                f'transform="rotate({-frame["rotation"]:.1f} {frame["x"]:.3f} {-frame["y"]:.3f})" fill="{colour}" opacity="{0.35 * frame["opacity"]:.2f}"/>'
+            )
+    x, y, width, height = x - 0.3, y - 0.3, width + 0.6, height + 0.6
+    content = inner("dance.svg")[1].replace("stroke:#000", "stroke:#9aa4b2")
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{x} {y} {width} {height}" width="900" height="{900 * height / width:.0f}">'
+        f'<rect x="{x}" y="{y}" width="100%" height="100%" fill="#fbfaf7"/>{"".join(ghosts)}{content}</svg>\n'
+    )
 
 
 # The gallery.
@@ -558,13 +590,15 @@ class Entry:
     page: str
 
 
+STORMS = "track examples/data/storms.csv.gz -o storms.csv --columns curve=id,x=lon,y=lat,t=hours --carry wind --within 30km --every 3 --write speed"
+
 ENTRIES = [
     Entry("world", "The world, smooth within 50 km", "177 countries. Neighbours share every point of their borders still.",
           "map examples/data/world-110m.topojson -o world.geojson --within 50km", world, "jobs/maps.md"),
     Entry("aegean", "The Aegean before and after", "Lines at 1:50 million, smooth within 33 km. Islands stay islands.",
           "map examples/data/countries-50m.geojson.gz -o smooth.geojson --within 33km", aegean, "jobs/maps.md"),
-    Entry("coast", "How far may a coast move?", "Norway within 20, 50, 100 and 200 km.",
-          "\n".join(f"map examples/data/world-110m.topojson -o d{d}.geojson --within {d}km" for d in (20, 50, 100, 200)), coast, "jobs/maps.md"),
+    Entry("coast", "How far may a coast move?", "Greenland within 20, 100, 200 and 400 km.",
+          "\n".join(f"map examples/data/world-110m.topojson -o d{d}.geojson --within {d}km --tolerance 2km" for d in (20, 100, 200, 400)), coast, "jobs/maps.md"),
     Entry("coarse", "A toy globe", "All land within 400 km. No borders cross, and none part.",
           "map examples/data/world-110m.topojson -o coarse.geojson --within 400km", coarse, "jobs/maps.md"),
     Entry("traced", "Traced letters, cleaned", "Above as a scanner leaves them, below as 1,586 points become few cubics, with their corners.",
@@ -576,16 +610,16 @@ ENTRIES = [
     Entry("exponents", "One octopus, four characters", "Curves of least ∫|κ|^ν ds through the same dots. The larger ν, the rounder every turn.",
           "\n".join(f"fit examples/data/octopus.csv -o nu{nu}.csv --method scf --tension 0.3 --exponent {nu}" for nu in ("1.5", "2", "4", "20")),
           exponents, "jobs/dots.md"),
-    Entry("comb", "Curvature combs", "The curvature of fair curves through the dots of both octopuses, as quills.",
-          "fit examples/data/octopus.csv -o fair.csv --method fair --comb --picture comb.svg", "comb.svg", "jobs/dots.md"),
-    Entry("tensions", "From loose to tight", "Ten dots under four tensions.",
-          "\n".join(f"fit examples/data/dots.csv -o tau{tau}.csv --method scf --tension {tau}" for tau in ("0.3", "1", "2", "8")), tensions, "jobs/dots.md"),
+    Entry("comb", "Curvature combs", "Curves of least ∫|κ|⁴ ds, with their curvature as quills.",
+          "fit examples/data/dots.csv -o dots.csv --method scf --exponent 4 --comb --picture comb.svg", "comb.svg", "jobs/dots.md"),
+    Entry("melted", "Letters that melt", "The same letters without corners, within 3, 6 and 12 units.",
+          "\n".join(f"draw examples/data/traced.svg -o melted{d}.svg --within {d} --corners 180" for d in (3, 6, 12)), melted, "jobs/drawings.md"),
     Entry("storms", "Half a century of storms", "654 tracks of the Atlantic, smooth on the ellipsoid. Colours are wind speeds, from blue to red.",
           "map examples/data/world-110m.topojson -o world.geojson --within 50km\n"
-          "track examples/data/storms.csv.gz -o storms.csv --columns curve=id,x=lon,y=lat,t=hours --carry wind --within 30km --every 3", storms, "jobs/tracks.md"),
-    Entry("storm", "Hurricane Ivan, hour by hour", "Dots are fixes, six hours apart. The track of least acceleration within 30 km of them; colours are its speed.",
+          STORMS, storms, "jobs/tracks.md"),
+    Entry("storm", "Hurricane Ivan", "Dots are fixes, six hours apart. The track of least acceleration within 30 km of them; colours are its speed.",
           "map examples/data/world-110m.topojson -o world.geojson --within 50km\n"
-          "track examples/data/storms.csv.gz -o hourly.csv --columns curve=id,x=lon,y=lat,t=hours --within 30km --every 1 --write speed", storm, "jobs/tracks.md"),
+          STORMS, storm, "jobs/tracks.md"),
     Entry("routes", "The straightest ways home", "Geodesics of the WGS84 ellipsoid between airports.",
           "map examples/data/world-110m.topojson -o world.geojson --within 50km\n"
           "fit examples/data/routes.csv -o routes.csv --columns x=lon,y=lat --method geodesic --surface wgs84", routes, "jobs/tracks.md"),
@@ -596,12 +630,12 @@ ENTRIES = [
           "path examples/data/circuit.csv -o race.csv --min-radius 5 --deviation 9 --samples 4 --energy bending=1,tautness=0.05 "
           "--speed 40 --lateral 12 --accelerate 5 --brake 10", race, "jobs/paths.md"),
     Entry("dubins", "Sixteen ways into a space", "The shortest paths of a car to one place, for sixteen headings there: Dubins’ paths.",
-          "fit examples/data/parking.csv -o park.csv --energy length=1 --max-curvature 0.4", dubins, "jobs/paths.md"),
+          "fit examples/data/parking.csv -o park.csv --energy length=1 --max-curvature 0.4 --samples 96", dubins, "jobs/paths.md"),
     Entry("tracts", "A bundle of fibres", "Streamlines as tracked, and smooth within a millimetre. Colours are directions.",
           "fit examples/data/tracts.trk -o raw.csv --smoothing 0 --samples 1\ntracts examples/data/tracts.trk -o smooth.csv --deviation 1",
           tracts, "jobs/tracts.md"),
-    Entry("torus", "Geodesics of a torus", "Twelve ways around a ring, each as straight as the ring allows.",
-          "fit examples/data/torus.csv -o torus.csv --surface torus:3,1 --method geodesic", torus, "jobs/surfaces.md"),
+    Entry("torus", "Geodesics of a torus", "Three closed ways around a ring, each as straight as the ring allows.",
+          "fit examples/data/torus.csv -o torus.csv --surface torus:3,1 --method geodesic --off-surface 0.01", torus, "jobs/surfaces.md"),
     Entry("mountain", "Over a mountain", "Through six points of a terrain: red bends least within the ground, white is the shortest.",
           "fit examples/data/path.csv -o over.csv --surface grid:examples/data/mountain.csv,74.5,-92.5 --energy geodesic_bending=1,length=2e-6\n"
           "fit examples/data/path.csv -o straight.csv --surface grid:examples/data/mountain.csv,74.5,-92.5 --method geodesic", mountain, "jobs/surfaces.md"),
@@ -614,7 +648,8 @@ ENTRIES = [
     Entry("beziers", "Handles that were missing", "Nine Béziers of degree 3 to 10, of whose control points some were known.",
           "bezier examples/data/control_points.csv -o completed.csv --tangents derivatives --picture completed.svg", "completed.svg", "jobs/beziers.md"),
     Entry("motion", "Keyframes that move", "A ball and a leaf, eased, turned, scaled and faded between their keys.",
-          "fit examples/data/keys.csv -o dance.svg --to motion --every 0.04 --ease ease --carry scale:smooth,rotation:angle:smooth,opacity:smooth",
+          "\n".join(f"fit examples/data/keys.csv -o {output} --every 0.04 --ease ease --carry scale:smooth,rotation:angle:smooth,opacity:smooth"
+                    for output in ("dance.svg --to motion", "dance.frames")),
           motion, "jobs/motion.md"),
 ]
 
