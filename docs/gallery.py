@@ -325,8 +325,9 @@ def handles() -> str:
     for side, letters in enumerate(sides):
         move = lambda p, by: (p.x + by + side * 1.05 * (x1 - x0), p.y)
         for by, path in letters:
-            drawing.line(*([move(ring.point(k / 400), by) for k in range(401)] for ring in map(svgelements.Path, path.as_subpaths())),
-                         fill="#dce8f3", stroke=BLUE, width=1.6)
+            corner = drawing.place((by + side * 1.05 * (x1 - x0), 0))
+            placed = path * svgelements.Matrix(drawing.scale, 0, 0, -drawing.scale, *corner)
+            drawing.parts.append(f'<path d="{placed.d()}" fill="#dce8f3" stroke="{BLUE}" stroke-width="1.6"/>')
             for s in path:
                 for control, end in [(n, m) for n, m in (("control1", "start"), ("control2", "end"), ("control", "start")) if hasattr(s, n)]:
                     drawing.line([move(getattr(s, control), by), move(getattr(s, end), by)], stroke=ORANGE, width=0.9)
@@ -615,11 +616,9 @@ ENTRIES = [
     Entry("melted", "Letters that melt", "The same letters without corners, within 3, 6 and 12 units.",
           "\n".join(f"draw examples/data/traced.svg -o melted{d}.svg --within {d} --corners 180" for d in (3, 6, 12)), melted, "jobs/drawings.md"),
     Entry("storms", "Half a century of storms", "654 tracks of the Atlantic, smooth on the ellipsoid. Colours are wind speeds, from blue to red.",
-          "map examples/data/world-110m.topojson -o world.geojson --within 50km\n"
-          STORMS, storms, "jobs/tracks.md"),
+          "map examples/data/world-110m.topojson -o world.geojson --within 50km\n" + STORMS, storms, "jobs/tracks.md"),
     Entry("storm", "Hurricane Ivan", "Dots are fixes, six hours apart. The track of least acceleration within 30 km of them; colours are its speed.",
-          "map examples/data/world-110m.topojson -o world.geojson --within 50km\n"
-          STORMS, storm, "jobs/tracks.md"),
+          "map examples/data/world-110m.topojson -o world.geojson --within 50km\n" + STORMS, storm, "jobs/tracks.md"),
     Entry("routes", "The straightest ways home", "Geodesics of the WGS84 ellipsoid between airports.",
           "map examples/data/world-110m.topojson -o world.geojson --within 50km\n"
           "fit examples/data/routes.csv -o routes.csv --columns x=lon,y=lat --method geodesic --surface wgs84", routes, "jobs/tracks.md"),
