@@ -282,13 +282,13 @@ def coast() -> str:
     colours = [ramp(VIRIDIS, share) for share in (0.85, 0.6, 0.35, 0.05)]
     globe = Globe(-42, 72)
     parts = []
-    for path in ("d20.geojson", "d100.geojson", "d200.geojson", "d400.geojson"):
+    for path in ("d20.geojson", "d50.geojson", "d100.geojson", "d200.geojson"):
         lines = next(lines for name, _, lines in shapes(path) if name == "Greenland")
         parts.append([globe.ring(line) for line in lines])
     drawing = Drawing(box(*parts[0], margin=0.04), width=700, paper="#f4f8fb")
     for lines, colour in zip(parts, colours):
         drawing.line(*lines, stroke=colour, width=2.6, closed=True)
-    drawing.key([(colour, f"within {d} km") for colour, d in zip(colours, (20, 100, 200, 400))], x=270, y=420)
+    drawing.key([(colour, f"within {d} km") for colour, d in zip(colours, (20, 50, 100, 200))], x=270, y=420)
     return drawing.svg()
 
 
@@ -598,8 +598,8 @@ ENTRIES = [
           "map examples/data/world-110m.topojson -o world.geojson --within 50km", world, "jobs/maps.md"),
     Entry("aegean", "The Aegean before and after", "Lines at 1:50 million, smooth within 33 km. Islands stay islands.",
           "map examples/data/countries-50m.geojson.gz -o smooth.geojson --within 33km", aegean, "jobs/maps.md"),
-    Entry("coast", "How far may a coast move?", "Greenland within 20, 100, 200 and 400 km.",
-          "\n".join(f"map examples/data/world-110m.topojson -o d{d}.geojson --within {d}km --tolerance 2km" for d in (20, 100, 200, 400)), coast, "jobs/maps.md"),
+    Entry("coast", "How far may a coast move?", "Greenland within 20, 50, 100 and 200 km.",
+          "\n".join(f"map examples/data/world-110m.topojson -o d{d}.geojson --within {d}km --tolerance 2km" for d in (20, 50, 100, 200)), coast, "jobs/maps.md"),
     Entry("coarse", "A toy globe", "All land within 400 km. No borders cross, and none part.",
           "map examples/data/world-110m.topojson -o coarse.geojson --within 400km", coarse, "jobs/maps.md"),
     Entry("traced", "Traced letters, cleaned", "Above as a scanner leaves them, below as 1,586 points become few cubics, with their corners.",
