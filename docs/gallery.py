@@ -652,6 +652,8 @@ ENTRIES = [
           motion, "jobs/motion.md"),
 ]
 
+README = ("octopus.svg", "world.svg")  # which have copies in docs, under version control
+
 HEAD = """# Gallery
 
 <!-- docs/gallery.py writes this page. -->
@@ -686,6 +688,8 @@ def main() -> None:
                 (pictures / name).write_bytes(bytes(png))
             shown = "\n".join(f"faircurve {command}" for command in entry.commands.split("\n"))
             page.append(f"## {entry.title}\n\n{entry.words}\n\n![{entry.title}](pictures/{name})\n\n```sh\n{shown}\n```\n\n[More]({entry.page})\n")
+    for name in README:
+        shutil.copy(pictures / name, HERE / name)
     (HERE / "gallery.md").write_text("\n".join(page))
 
 

@@ -95,8 +95,8 @@
 //! The CPU path in f64 is the reference. GPUs are held to 2e-6 of a curve's size in f32 and 1e-12
 //! in f64 for splines, Béziers and grids, and to 1e-5 and 1e-9 for fair curves and smooth
 //! connection functions. Arc lengths and largest curvatures have relative errors of 1e-9: see
-//! [`Curve::length`] and [`Curve::max_curvature`]. `docs/guide/accuracy.md` has the details and the
-//! limits of devices.
+//! [`Curve::length`] and [`Curve::max_curvature`]. `docs/accuracy.md` has the details, and
+//! `docs/limits.md` the limits of devices.
 //!
 //! The same batch on the same device gives the same bits. A curve's bits do not depend on its
 //! neighbours.
@@ -166,7 +166,11 @@ pub use precision::Precision;
 pub use report::{CurveReport, CurveSet, Fit, LimitReport};
 pub use status::CurveStatus;
 
-/// The example of the README compiles.
+/// The examples of the README and of the site's page on Rust compile.
 #[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-struct Readme;
+mod pages {
+    #[doc = include_str!("../README.md")]
+    struct Readme;
+    #[doc = include_str!("../docs/rust.md")]
+    struct Page;
+}

@@ -16,7 +16,7 @@
 //! * [`Subdivide`] is the method: batches of grids of any sizes, any number of values per point and
 //!   any number of rounds, on a [`Device`](crate::Device).
 //!
-//! Neither kind of rule interpolates. `docs/guide/grids.md` describes their surfaces.
+//! Neither kind of rule interpolates. `docs/jobs/surfaces.md` describes their surfaces.
 //!
 //! **Accuracy.** The exact rule satisfies its equations to some ε times the largest value, on grids
 //! of millions of points too. Sparse rules sum at most 36 products. A GPU is held to 2e-6 of the

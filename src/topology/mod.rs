@@ -7,7 +7,7 @@
 //! curves ─► vertices: equal points ─► arcs: chains between junctions ─► strokes: arcs that go straight on ─► fit ─► the curves again
 //! ```
 //!
-//! [`Sampled::mend`] repairs fitted curves that cross. `docs/guide/maps.md` describes both.
+//! [`Sampled::mend`] repairs fitted curves that cross. `docs/jobs/maps.md` describes both.
 //!
 //! ```
 //! use faircurve::{CurveBatch, Device, Sampling, spline::Natural, topology::{Options, Topology}};

@@ -1,7 +1,8 @@
 //! What README and docs say of the program is what it does.
 
+use std::collections::BTreeSet;
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use assert_cmd::cargo::cargo_bin_cmd;
 
@@ -37,15 +38,38 @@ fn the_reference_of_options_is_the_programs_help() {
     );
 }
 
-/// The commands of README that run the program, with their arguments.
-fn commands() -> Vec<String> {
-    let readme = include_str!("../../README.md");
-    let lines = readme.lines().filter_map(|line| line.strip_prefix("cargo run --release -- "));
-    lines.map(|line| line.split(" #").next().unwrap().trim().to_string()).collect()
+/// README and the pages of the site, but for those that are generated.
+fn pages() -> Vec<PathBuf> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut found = vec![root.join("README.md")];
+    for folder in ["docs", "docs/jobs"] {
+        let entries = fs::read_dir(root.join(folder)).unwrap().map(|entry| entry.unwrap().path());
+        found.extend(entries.filter(|path| path.extension().is_some_and(|extension| extension == "md")));
+    }
+    found.retain(|path| !path.ends_with("options.md") && !path.ends_with("gallery.md"));
+    found
+}
+
+/// The commands of pages that run the program, with their arguments: lines of blocks of sh.
+fn commands() -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    for page in pages() {
+        let text = fs::read_to_string(page).unwrap();
+        let mut in_block = false;
+        for line in text.lines().map(str::trim) {
+            if let Some(language) = line.strip_prefix("```") {
+                in_block = language == "sh";
+            } else if in_block {
+                let command = line.strip_prefix("cargo run --release -- ").or_else(|| line.strip_prefix("faircurve "));
+                found.extend(command.map(|line| line.split(" #").next().unwrap().trim().to_string()));
+            }
+        }
+    }
+    found
 }
 
 #[test]
-fn every_command_of_the_readme_runs_on_data_that_ships() {
+fn every_command_of_the_pages_runs_on_data_that_ships() {
     let folder = tempfile::tempdir().unwrap();
     let copied = folder.path().join("examples/data");
     fs::create_dir_all(&copied).unwrap();
@@ -54,7 +78,7 @@ fn every_command_of_the_readme_runs_on_data_that_ships() {
         fs::copy(entry.path(), copied.join(entry.file_name())).unwrap();
     }
     let commands = commands();
-    assert!(commands.len() >= 10, "{commands:?}");
+    assert!(commands.len() >= 25, "{commands:?}");
     for command in commands {
         let mut run = cargo_bin_cmd!("faircurve");
         let output = run.current_dir(folder.path()).args(command.split_whitespace()).arg("--force").output().unwrap();

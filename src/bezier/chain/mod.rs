@@ -53,8 +53,8 @@ use crate::parallel;
 /// dp/dt for C1 and C2, and directions for G1. Parameters and weights are ignored.
 ///
 /// The system is block tridiagonal and solved directly, except for G1 joints, where Newton's method
-/// finds a local minimum on the CPU. `docs/guide/beziers.md` describes the
-/// method and the degenerate cases.
+/// finds a local minimum on the CPU. `docs/methods.md` describes the method, and
+/// `docs/jobs/beziers.md` the degenerate cases.
 ///
 /// **Accuracy.** On the CPU control points are good to about 1e-14 of the chain's size if one order
 /// has a weight. With mixed orders they are good to 1e-13 up to degree 8 and to 1e-11 at degree 20.

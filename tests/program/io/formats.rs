@@ -385,13 +385,13 @@ proptest! {
 }
 
 #[test]
-fn the_readme_lists_all_formats_as_they_are() {
-    let readme = include_str!("../../../README.md");
+fn the_page_of_files_lists_all_formats_as_they_are() {
+    let page = include_str!("../../../docs/files.md");
     for format in Format::ALL {
         let extensions: Vec<String> = format.extensions().map(|extension| format!("`.{extension}`")).collect();
         let [reads, writes] = format.holds();
         let row = format!("| {} ({}) | {reads} | {writes} |", format.title(), extensions.join(", "));
-        assert!(readme.contains(&row), "README lacks: {row}");
+        assert!(page.contains(&row), "docs/files.md lacks: {row}");
         assert_eq!(Format::of_extension(format!("a.{format}.gz")), Some(*format));
     }
 }
