@@ -3,7 +3,7 @@
     python docs/gallery.py PROGRAM
 
 Commands run in a folder that is removed, with a copy of examples/data. Pictures go to docs/pictures, the page to docs/gallery.md.
-A picture is a file that the program wrote, or is drawn here from such files. Large ones become PNG.
+A picture is a file that the program wrote, or is drawn here from such files. One of more than 200 kB becomes PNG.
 """
 
 import csv
@@ -198,6 +198,12 @@ class Globe:
         places = [self.at(point) for point in line]
         if all(place[2] <= 0 for place in places):
             return []
+        # Edges over the rim are divided.
+        divided: Line = []
+        for index, (start, end) in enumerate(zip(line, line[1:] + line[:1])):
+            parts = 8 if (places[index][2] > 0) != (places[(index + 1) % len(line)][2] > 0) and abs(start[0] - end[0]) < 180 else 1
+            divided += [(start[0] + (end[0] - start[0]) * k / parts, start[1] + (end[1] - start[1]) * k / parts) for k in range(parts)]
+        places = [self.at(point) for point in divided]
         ring: Line = []
         for index, (x, y, z) in enumerate(places):
             if z > 0:
