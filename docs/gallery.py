@@ -693,7 +693,7 @@ def main() -> None:
                 png = resvg_py.svg_to_bytes(svg_string=svg, width=1100, sans_serif_family="DejaVu Sans", font_family="DejaVu Sans")
                 (pictures / name).write_bytes(bytes(png))
             shown = "\n".join(f"faircurve {command}" for command in entry.commands.split("\n"))
-            page.append(f"## {entry.title}\n\n{entry.words}\n\n![{entry.title}](pictures/{name})\n\n```sh\n{shown}\n```\n\n[More]({entry.page})\n")
+            page.append(f"## {entry.title}\n\n{entry.words}\n\n![{entry.title}](pictures/{name})\n\n```sh\n{shown}\n```\n\n[More on {Path(entry.page).stem}]({entry.page})\n")
     for name in README:
         shutil.copy(pictures / name, HERE / name)
     (HERE / "gallery.md").write_text("\n".join(page))
