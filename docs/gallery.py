@@ -602,8 +602,8 @@ STORMS = "track examples/data/storms.csv.gz -o storms.csv --columns curve=id,x=l
 ENTRIES = [
     Entry("world", "The world, smooth within 50 km", "177 countries. Neighbours share every point of their borders still.",
           "map examples/data/world-110m.topojson -o world.geojson --within 50km", world, "jobs/maps.md"),
-    Entry("aegean", "The Aegean before and after", "Lines at 1:50 million, smooth within 33 km. Islands stay islands.",
-          "map examples/data/countries-50m.geojson.gz -o smooth.geojson --within 33km", aegean, "jobs/maps.md"),
+    Entry("aegean", "The Aegean before and after", "Lines at 1:50 million, smooth within 20 km, in points that are 100 m off the curve at most. Islands stay islands.",
+          "map examples/data/countries-50m.geojson.gz -o smooth.geojson --within 20km --tolerance 100m", aegean, "jobs/maps.md"),
     Entry("coast", "How far may a coast move?", "Greenland within 20, 50, 100 and 200 km.",
           "\n".join(f"map examples/data/world-110m.topojson -o d{d}.geojson --within {d}km --tolerance 2km" for d in (20, 50, 100, 200)), coast, "jobs/maps.md"),
     Entry("coarse", "A toy globe", "All land within 400 km. No borders cross, and none part.",
