@@ -368,7 +368,7 @@ def exponents() -> str:
 
 
 def melted() -> str:
-    return above("melted3.svg", "melted6.svg", "melted12.svg")
+    return above("melted1.svg", "melted3.svg", "melted12.svg")
 
 
 def storms() -> str:
@@ -619,8 +619,8 @@ ENTRIES = [
           exponents, "jobs/dots.md"),
     Entry("comb", "Curvature combs", "Curves of least ∫|κ|⁴ ds, with their curvature as quills.",
           "fit examples/data/dots.csv -o dots.csv --method scf --exponent 4 --comb --picture comb.svg", "comb.svg", "jobs/dots.md"),
-    Entry("melted", "Letters that melt", "The same letters without corners, within 3, 6 and 12 units.",
-          "\n".join(f"draw examples/data/traced.svg -o melted{d}.svg --within {d} --corners 180" for d in (3, 6, 12)), melted, "jobs/drawings.md"),
+    Entry("melted", "Letters that melt", "The same letters without corners, within 1, 3 and 12 units.",
+          "\n".join(f"draw examples/data/traced.svg -o melted{d}.svg --within {d} --corners 180" for d in (1, 3, 12)), melted, "jobs/drawings.md"),
     Entry("storms", "Half a century of storms", "654 tracks of the Atlantic, smooth on the ellipsoid. Colours are wind speeds, from blue to red.",
           "map examples/data/world-110m.topojson -o world.geojson --within 50km\n" + STORMS, storms, "jobs/tracks.md"),
     Entry("storm", "Hurricane Ivan", "Dots are fixes, six hours apart. The track of least acceleration within 30 km of them; colours are its speed.",
