@@ -27,6 +27,6 @@ fi
 
 "$tools/bin/python" docs/gallery.py "$FAIRCURVE"
 # The advertisement of a later MkDocs is left out.
-NO_MKDOCS_2_WARNING=1 PATH="$tools/bin:$PATH" "$tools/bin/mkdocs" build --strict --quiet
+NO_MKDOCS_2_WARNING=1 PATH="$tools/bin:$PATH" "$tools/bin/mkdocs" build --strict
 "$tools/bin/python" docs/check.py "$FAIRCURVE"
 echo "site/index.html is the start page"
