@@ -4,8 +4,8 @@
 #   tests/run.sh
 #
 # Needs a Rust toolchain with rustfmt and clippy, and a C linker. Installs what else is missing where it can: lavapipe
-# by apt, for the browser check Chromium by apt and playwright-core by npm, for the Python package Python by apt and what
-# its tests import by pip. Without those the checks are skipped with a notice; without lavapipe the run fails, since a GPU test must never be skipped unseen.
+# by apt, for the browser check Chromium by apt and playwright-core by npm, for the page rustup's target wasm32-wasip1, for the Python
+# package Python by apt and what its tests import by pip, and so for the site; in CI QGIS and Inkscape by apt. Without those the checks are skipped with a notice; without lavapipe the run fails, since a GPU test must never be skipped unseen.
 #
 # VK_DRIVER_FILES         set it to the driver file (ICD) of a real GPU to test that one instead of lavapipe
 # FAIRCURVE_ALL_FAMILIES  set it to ask compilers of all families of cards for every kernel, not of one
@@ -33,10 +33,14 @@ fail() {
   echo "FAILED: $1" >&2
   exit 1
 }
-preparing=''
+logs=$(mktemp -d)
+preparing='' compiling='' installing=''
 on_exit() {
   local status=$?
-  [[ -z $preparing ]] || kill "$preparing" 2>/dev/null || true
+  for job in $preparing $compiling $installing; do
+    kill "$job" 2>/dev/null || true
+  done
+  rm -rf "$logs"
   ((status == 0)) || printf '\nFAILED in: %s (exit status %s)\n' "$heading" "$status" >&2
 }
 trap on_exit EXIT
@@ -123,6 +127,24 @@ fi
 # In CI every crate is built once, so incremental files would only cost disk.
 [[ -z ${CI:-} ]] || export CARGO_INCREMENTAL=0
 
+# The page's program is compiled while others are: by a profile of its own, whose folder no other cargo locks.
+page=no
+if [[ $browser == yes ]]; then
+  if has rustup && rustup target add wasm32-wasip1 2>/dev/null; then
+    page=yes
+    web/wasm.sh >"$logs/wasm" 2>&1 &
+    compiling=$!
+  else
+    notice 'the page is not tested: rustup cannot add the target wasm32-wasip1'
+  fi
+fi
+
+# QGIS and Inkscape are large: only CI installs them.
+if [[ -n ${CI:-} ]]; then
+  apt_install qgis python3-qgis qgis-providers inkscape >"$logs/desktop" 2>&1 &
+  installing=$!
+fi
+
 if [[ $browser == yes ]]; then
   section 'Browser: the smoke capture'
   # Status 77 (no adapter) counts as a failure from here on: Chromium brings its own adapter.
@@ -174,6 +196,23 @@ if [[ $python_tests == yes ]]; then
   section 'Python'
   wait "$preparing" || fail 'what the Python tests import cannot be installed'
   python/test.sh
+fi
+
+export FAIRCURVE=${CARGO_TARGET_DIR:-$PWD/target}/debug/faircurve
+if [[ $page == yes ]]; then
+  section 'Page and npm package'
+  wait "$compiling" || { cat "$logs/wasm" >&2; fail 'the program for browsers cannot be compiled'; }
+  web/test.sh
+fi
+
+if [[ $python_tests == yes ]]; then
+  section 'Site: gallery, links and commands'
+  docs/build.sh
+
+  section 'QGIS and Inkscape'
+  [[ -z $installing ]] || wait "$installing" || notice 'apt cannot install QGIS and Inkscape'
+  integrations/qgis/test.sh
+  integrations/inkscape/test.sh
 fi
 
 close_section
