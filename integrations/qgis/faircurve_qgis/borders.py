@@ -26,14 +26,14 @@ Attributes, the order of features, the CRS and features without a geometry stay 
 <b>Within</b>: in metres. In layers of longitudes and latitudes it holds on the ground, at every latitude, and in others in the plane of their CRS. Where the CRS is unknown it is in map units.
 <b>Corners to keep</b>: points where the smooth border may turn sharply.
 <b>Borders to smooth</b>: the others keep their coordinates.
-<b>Share of points</b>: the part of the distance that the written points may take, in metres. By default it is a quarter of the distance, or less where few points are enough.
+<b>Tolerance of points</b>: the part of the distance, in metres, that lines between the written points may take. A smaller one gives rounder lines and more points. By default it is a quarter of the distance, or less where few points are enough.
 <b>Snap</b>: points within this distance, in metres, count as one. By default only equal points are shared."""
 
     def add_options(self):
         self.addParameter(metres("WITHIN", "Within", defaultValue=1000.0))
         self.addParameter(QgsProcessingParameterEnum("CORNERS", "Corners to keep", list(CORNERS.values()), defaultValue=0))
         self.addParameter(QgsProcessingParameterEnum("ONLY", "Borders to smooth", list(WHICH.values()), defaultValue=0))
-        for name, description in (("TOLERANCE", "Share of points"), ("SNAP", "Snap")):
+        for name, description in (("TOLERANCE", "Tolerance of points"), ("SNAP", "Snap")):
             parameter = metres(name, description, optional=True)
             parameter.setFlags(parameter.flags() | QgsProcessingParameterDefinition.FlagAdvanced)
             self.addParameter(parameter)

@@ -70,7 +70,7 @@ class SmoothTracks(Algorithm):
 
 The output has points along the smooth tracks, with the track, its part where it is cut, the time, the speed in m/s, the heading in degrees from north and the fields to keep: numbers are interpolated, angles (cog, course, heading) go the short way round, and other values are those of the nearest point. Points at the time of another one, and points without a geometry, a track or a time, are left out and counted. The CRS stays. Layers of longitudes and latitudes are fitted on the ellipsoid WGS84.
 
-Lines of the tracks, if asked for, have M values: seconds since 1970-01-01.
+Lines of the tracks, if asked for, have M values: seconds since 1970-01-01. Those that cross ±180° run on past it.
 
 <b>Within</b>: no point is missed by more than this, in metres. If it is empty, the noise of every track says how smooth it becomes.
 <b>A point every</b>: in seconds. The times are multiples of it within the times of the track. If it is empty, there is a point at every time of the input.
@@ -259,9 +259,20 @@ class _Table:
         for track, samples in pieces.values():
             line = QgsFeature(self.line_fields)
             if len(samples) > 1:
-                line.setGeometry(QgsGeometry(QgsLineString([_measured(place, seconds) for place, seconds in samples])))
+                line.setGeometry(QgsGeometry(QgsLineString(self._vertices(samples))))
             line.setAttributes([*track, self.clock.date(samples[0][1]), self.clock.date(samples[-1][1])])
             lines.addFeature(line, QgsFeatureSink.FastInsert)
+
+
+    def _vertices(self, samples):
+        """Samples with M. Longitudes run on past ±180°, where a line would go back round the Earth."""
+        made, before = [], None
+        for (x, *rest), seconds in samples:
+            if before is not None and shapes.is_geographic(self.crs):
+                x += 360 * round((before - x) / 360)
+            made.append(QgsPoint(x, *rest, m=seconds))
+            before = x
+        return made
 
 
 def _is_null(value):
@@ -270,7 +281,3 @@ def _is_null(value):
 
 def _number(text):
     return float(text) if text and math.isfinite(float(text)) else None
-
-
-def _measured(place, seconds):
-    return QgsPoint(*place, m=seconds)

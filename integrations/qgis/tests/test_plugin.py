@@ -198,7 +198,10 @@ class Borders(unittest.TestCase):
         self.assertLess(overlap(after), overlap(before) + 1e-6)
         # 50 km are 0.45 degrees of latitude.
         self.assertLess(max(new.boundingBox().yMaximum() - old.boundingBox().yMaximum() for old, new in zip(before, after)), 0.46)
-        picture("world", given, made, QgsGeometry.fromWkt("Polygon ((-12 34, 32 34, 32 60, -12 60, -12 34))").boundingBox())
+        rounder = run("smoothborders", INPUT=given, WITHIN=50000, TOLERANCE=2000)
+        points = lambda drawn: sum(len(list(shape.vertices())) for shape in geometries(drawn))  # noqa: E731
+        self.assertGreater(points(rounder), 1.5 * points(made))
+        picture("world", given, rounder, QgsGeometry.fromWkt("Polygon ((-12 34, 32 34, 32 60, -12 60, -12 34))").boundingBox())
 
     def test_metres_become_feet(self):
         # EPSG:2263 is in US survey feet.
@@ -441,6 +444,18 @@ class Tracks(unittest.TestCase):
         ):
             with self.assertRaisesRegex(QgsProcessingException, sentence):
                 run("smoothtracks", INPUT=tracks(), TIME="when", **options)
+
+    def test_tracks_across_the_antimeridian(self):
+        places = [f"Point ({(x + 180) % 360 - 180} {-17 + 0.2 * (x - 180) ** 2} 3)" for x in (178.2, 179.1, 180.3, 181.2, 182.4)]
+        given = layer("PointZ", "EPSG:4326", places, "when:datetime", [[START.addSecs(600 * k)] for k in range(5)])
+        options = {"INPUT": given, "TIME": "when", "WITHIN": 500, "EVERY": 200, "OUTPUT": "TEMPORARY_OUTPUT", "LINES": "TEMPORARY_OUTPUT"}
+        made = processing.run("faircurve:smoothtracks", options, feedback=Feedback())
+        x = [feature.geometry().constGet().x() for feature in made["OUTPUT"].getFeatures()]
+        self.assertTrue(all(-180 <= one <= 180 for one in x) and min(x) < -177 and max(x) > 178)
+        line = next(made["LINES"].getFeatures()).geometry()
+        self.assertEqual(made["LINES"].wkbType(), QgsWkbTypes.LineStringZM)
+        self.assertLess(line.boundingBox().width(), 4.3)
+        self.assertTrue(all(2.9 < vertex.z() < 3.1 for vertex in line.vertices()))
 
     def test_names_that_are_taken(self):
         given = layer("Point", "EPSG:25832", ["Point (0 0)", "Point (5 0)", "Point (9 1)"], "when:datetime,speed:integer,part:string",
