@@ -91,7 +91,7 @@ class PathExtension(inkex.EffectExtension):
         for path, data in zip(paths, given):
             path.set("d", data)
             path.pop(MARK)
-        made = [self.run_program(drawing, *command) for command in commands]
+        made = [self.run_program(drawing, k == 0, *command) for k, command in enumerate(commands)]
         for path, before, asked_for, *after in zip(paths, given, asked, *made):
             # What could not be used comes out as it went in.
             after = [data for data in after if data != asked_for]
@@ -102,8 +102,8 @@ class PathExtension(inkex.EffectExtension):
                 path.pop("sodipodi:nodetypes")
                 path.pop("sodipodi:type")
 
-    def run_program(self, drawing, name, *options):
-        """Path data of the marked paths, as the program makes them; its sentence, where it fails."""
+    def run_program(self, drawing, tells, name, *options):
+        """Path data of the marked paths, as the program makes them; its sentence, where it fails. It tells of single paths if asked to."""
         with tempfile.TemporaryDirectory() as folder:
             before, after = Path(folder) / "before.svg", Path(folder) / "after.svg"
             drawing.write(str(before), encoding="utf-8", xml_declaration=True)
@@ -115,7 +115,7 @@ class PathExtension(inkex.EffectExtension):
             if run.returncode not in (0, 1):
                 sentence = next((line for line in said if line.startswith("error: ")), said[-1] if said else f"it ended with the status {run.returncode}")
                 raise inkex.AbortExtension(f"faircurve: {sentence}")
-            if run.returncode == 1:
+            if run.returncode == 1 and tells:
                 listed = [line.replace(f"{before}, ", "") for line in said if line.startswith("  ")]
                 inkex.errormsg("\n".join(["Some paths could not be used:", *listed]))
             return [path.get("d") for path in etree.parse(str(after)).iter(inkex.addNS("path", "svg")) if path.get(MARK)]
