@@ -1,6 +1,11 @@
 """Fair curves."""
 
-from qgis.core import QgsProcessingException, QgsProcessingParameterEnum, QgsProcessingParameterNumber
+from qgis.core import (
+    QgsProcessingException,
+    QgsProcessingParameterDefinition,
+    QgsProcessingParameterEnum,
+    QgsProcessingParameterNumber,
+)
 
 from . import shapes
 from .base import LayerAlgorithm, metres
@@ -24,7 +29,8 @@ Attributes, the order of features, the CRS and features without a geometry stay 
 
 <b>Method</b>: natural cubic splines, fair curves of least bending and tautness, smooth connection functions (the exact planar curves of least bending, for projected layers) or smoothing splines.
 <b>Deviation</b>: no vertex is missed by more than this, in metres. Smoothing needs it, fair curves take it, and the other methods go through every vertex.
-<b>Segments per span</b>: how many segments are written from vertex to vertex."""
+<b>Segments per span</b>: how many segments are written from vertex to vertex.
+<b>Tension</b>: of smooth connection functions. With 0 they are as round as can be, and may not exist. 1 keeps them from loops, and larger numbers make them tighter."""
 
     def add_options(self):
         self.addParameter(QgsProcessingParameterEnum("METHOD", "Method", list(METHODS.values()), defaultValue=0))
@@ -32,6 +38,11 @@ Attributes, the order of features, the CRS and features without a geometry stay 
         self.addParameter(
             QgsProcessingParameterNumber("PER_SPAN", "Segments per span", defaultValue=16, minValue=1, maxValue=1000)
         )
+        tension = QgsProcessingParameterNumber(
+            "TENSION", "Tension", QgsProcessingParameterNumber.Double, defaultValue=1, minValue=0, maxValue=100
+        )
+        tension.setFlags(tension.flags() | QgsProcessingParameterDefinition.FlagAdvanced)
+        self.addParameter(tension)
 
     def arguments(self, parameters, context, crs):
         method = list(METHODS)[self.parameterAsEnum(parameters, "METHOD", context)]
@@ -51,4 +62,6 @@ Attributes, the order of features, the CRS and features without a geometry stay 
                     f"Smooth connection functions are planar, and {crs.authid()} has longitudes and latitudes: reproject the layer, or take another method."
                 )
             words += ["--surface", "wgs84"]
+        if method == "scf":
+            words += ["--tension", repr(self.parameterAsDouble(parameters, "TENSION", context))]
         return words

@@ -7,8 +7,11 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import threading
+import time
 import unittest
 from pathlib import Path
+from unittest import mock
 
 from qgis.core import (
     QgsApplication,
@@ -284,20 +287,19 @@ class Borders(unittest.TestCase):
         self.assertNotIn("OUTPUT", made)
         self.assertFalse([line for line in feedback.said if "fitted" in line])
 
+    def test_a_long_run_ends_when_it_is_cancelled(self):
+        endless = [sys.executable, "-c", "import sys, time; print('faircurve: fitting, 5 of 1,000 curves, for 10 s', file=sys.stderr, flush=True); time.sleep(60)"]
+        feedback, started = Feedback(), time.monotonic()
+        with mock.patch("faircurve_qgis.program.command", return_value=(endless, None)):
+            threading.Timer(1, feedback.cancel).start()
+            self.assertFalse(faircurve_qgis.program.run([], feedback))
+        self.assertLess(time.monotonic() - started, 10)
+        self.assertAlmostEqual(feedback.progress(), 0.5)
+
     def test_a_missing_program_is_a_sentence(self):
-        path, modules = os.environ["PATH"], {name: m for name, m in sys.modules.items() if name.split(".")[0] == "faircurve"}
-        paths = list(sys.path)
-        try:
-            os.environ["PATH"] = "/nowhere"
-            for name in modules:
-                del sys.modules[name]
-            sys.path[:] = [one for one in paths if not (Path(one) / "faircurve").exists()]
+        with mock.patch.dict(sys.modules, {"faircurve": None}), mock.patch("shutil.which", return_value=None):
             with self.assertRaisesRegex(QgsProcessingException, "was not found.*pip install faircurve"):
                 faircurve_qgis.program.command()
-        finally:
-            os.environ["PATH"] = path
-            sys.path[:] = paths
-            sys.modules.update(modules)
 
 
 class Curves(unittest.TestCase):
@@ -327,6 +329,13 @@ class Curves(unittest.TestCase):
             self.assertLessEqual(max(misses), 200 / 68_000)
             self.assertGreater(max(misses), 100 / 112_000)
             self.assertLess(shape.length(), 0.99 * geometries(given)[0].length())
+
+    def test_tension_gives_every_line_a_curve(self):
+        given = layer("LineString", "EPSG:25832", ["LineString (0 0, 100 0, 0 1, 100 2)"])
+        for tension, converged in ((1, True), (0, False)):
+            feedback = Feedback()
+            run("faircurves", feedback, INPUT=given, METHOD=2, TENSION=tension)
+            self.assertEqual(any("could not be fitted" in line for line in feedback.said), not converged)
 
     def test_neighbours_share_curves(self):
         for crs, origin, size in (("EPSG:25832", (500000.0, 5600000.0), 1000.0), ("EPSG:4326", (5.0, 45.0), 1.0)):
