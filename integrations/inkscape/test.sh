@@ -4,7 +4,7 @@
 #   integrations/inkscape/test.sh [FOLDER]     FOLDER takes pictures
 #
 # Needs Inkscape 1.2 with its Python modules (Debian: inkscape, python3-lxml, python3-cssselect, python3-numpy), and for that Python
-# the package faircurve.
+# the package faircurve, or the program on the PATH.
 #
 # INKSCAPE_PYTHON       the Python of Inkscape, by default /usr/bin/python3
 # INKSCAPE_EXTENSIONS   the folder of its extensions, by default /usr/share/inkscape/extensions

@@ -3,7 +3,8 @@
 #
 #   integrations/qgis/test.sh [FOLDER]     FOLDER takes pictures, before and after
 #
-# Needs QGIS with its Python modules (Debian: qgis, python3-qgis, qgis-providers), and for that Python the package faircurve.
+# Needs QGIS with its Python modules (Debian: qgis, python3-qgis, qgis-providers), and for that Python the package
+# faircurve, or the program on the PATH.
 #
 # QGIS_PYTHON   the Python of QGIS, by default /usr/bin/python3
 set -euo pipefail

@@ -18,23 +18,23 @@ class FairCurves(PathExtension):
 
     def data(self, path):
         """The polygon of the nodes, open or closed as the path is."""
-        made, nodes = [], []
+        subpaths = []
         for step in path.path.to_absolute().proxy_iterator():
             if step.letter == "M":
-                made.append(nodes)
-                nodes = [step.end_point]
+                subpaths.append(([step.end_point], []))
             elif step.letter == "Z":
-                if len(nodes) > 1 and nodes[0] == nodes[-1]:
-                    nodes.pop()
-                made.append([*nodes, None])
-                nodes = nodes[:1]
+                subpaths[-1][1].append("Z")
             else:
-                nodes.append(step.end_point)
-        made.append(nodes)
-        # After a Z the next subpath may begin where the last one did, or there may be none.
-        closed_before = [False, *(bool(one) and one[-1] is None for one in made)]
-        kept = [one for one, follows in zip(made, closed_before) if one and not (follows and len(one) == 1)]
-        return " ".join("M" + " ".join("Z" if node is None else f"{node.x!r},{node.y!r}" for node in one) for one in kept)
+                if subpaths[-1][1]:
+                    # What follows a Z begins where the closed subpath did.
+                    subpaths.append((subpaths[-1][0][:1], []))
+                subpaths[-1][0].append(step.end_point)
+        words = []
+        for nodes, end in subpaths:
+            if end and len(nodes) > 1 and nodes[0].is_close(nodes[-1]):
+                nodes.pop()
+            words.append("M" + " ".join([*(f"{node.x!r},{node.y!r}" for node in nodes), *end[:1]]))
+        return " ".join(words)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,6 @@
 """What both extensions do: selected paths through the program faircurve. Nothing else of the drawing changes."""
 
 import copy
-import importlib.util
 import os
 import shutil
 import subprocess
@@ -28,11 +27,14 @@ MISSING = (
 
 def command():
     """The words that start the program: the Python package, else the program on the PATH or where cargo and pip put it."""
-    if importlib.util.find_spec("faircurve") and importlib.util.find_spec("faircurve._core"):
+    try:
+        import faircurve  # noqa: F401
+
         return [sys.executable, "-m", "faircurve._command"]
-    home = Path.home()
-    places = os.pathsep.join([os.environ.get("PATH", ""), str(home / ".cargo/bin"), str(home / ".local/bin")])
-    program = shutil.which("faircurve", path=places)
+    except ImportError:
+        home = Path.home()
+        places = os.pathsep.join([os.environ.get("PATH", ""), str(home / ".cargo/bin"), str(home / ".local/bin")])
+        program = shutil.which("faircurve", path=places)
     if program is None:
         raise inkex.AbortExtension(MISSING.format(python=sys.executable))
     return [program]

@@ -113,6 +113,14 @@ class Fair(unittest.TestCase):
             made, _ = drawn(run(FairCurves, DRAWING.format(more=""), f"--id={chosen}")[0])
             self.assertEqual({name for name in given if made[name] != given[name]}, changed)
 
+    def test_data_of_nodes(self):
+        for given, nodes in (
+            ("M 0,0 h 5 v 5 z l 2,3 4,4", "M0.0,0.0 5.0,0.0 5.0,5.0 Z M0.0,0.0 2.0,3.0 6.0,7.0"),
+            ("m 1,1 2,2 -1,3 -1,-5 z m 9,9 t 1,1", "M1.0,1.0 3.0,3.0 2.0,6.0 Z M10.0,10.0 11.0,11.0"),
+            ("M 0,0 Q 1,1 2,0 A 1 1 0 0 0 4,0", "M0.0,0.0 2.0,0.0 4.0,0.0"),
+        ):
+            self.assertEqual(FairCurves().data(inkex.PathElement(d=given)), nodes)
+
     def test_shapes_and_live_effects(self):
         more = """<path id="star" sodipodi:type="star" d="M 50,50 60,60 70,50 60,40 Z"/>
 <path id="live" inkscape:path-effect="#e" inkscape:original-d="M 0,0 5,5 10,0" d="M 0,0 5,5 10,0"/>"""
@@ -148,7 +156,7 @@ class Fair(unittest.TestCase):
             self.assertEqual(text, "")
 
     def test_a_missing_program_is_a_sentence(self):
-        with mock.patch("importlib.util.find_spec", return_value=None), mock.patch("shutil.which", return_value=None):
+        with mock.patch.dict(sys.modules, {"faircurve": None}), mock.patch("shutil.which", return_value=None):
             _, told = run(FairCurves, DRAWING.format(more=""))
         self.assertRegex(told, "faircurve was not found, .* run “.*python3? -m pip install faircurve”")
 
