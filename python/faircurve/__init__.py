@@ -16,6 +16,7 @@ from ._energy import Energy, attachment, bending, geodesic_bending, length, taut
 from ._fit import Fit
 from ._formula import Expression, ExpressionVector, custom
 from ._methods import Fair, Geodesic, Natural, Smooth, Smoothing
+from ._running import num_threads, progress, set_num_threads
 from ._splines import CubicSplineBatch, PPolyBatch
 from ._surfaces import HeightField, Mesh
 from ._tables import FairBatch, from_dataframe
@@ -47,8 +48,11 @@ __all__ = [
     "laplacian",
     "length",
     "linalg",
+    "num_threads",
+    "progress",
     "ragged",
     "scf",
+    "set_num_threads",
     "tautness",
     "tension",
     "torsion",

@@ -1,6 +1,6 @@
 """The compiled half: flat arrays and offsets in, flat arrays and offsets out. What people use stands in the package."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, final
 
 import numpy as np
@@ -23,14 +23,17 @@ __all__ = [
     "fair",
     "in_surface",
     "natural",
+    "num_threads",
     "reduce",
     "run",
     "segments",
+    "set_num_threads",
     "simplify",
     "smooth",
     "smoothing",
     "solve_tridiagonal",
     "subdivide",
+    "watch",
 ]
 
 __version__: str
@@ -125,9 +128,18 @@ def run(arguments: Sequence[str]) -> int: ...
 def adapters() -> list[tuple[str, str, str]]:
     """Names, drivers and addresses on the PCI bus of the GPUs that can be opened, in the order of their numbers."""
 
+def num_threads() -> int:
+    """The number of threads that work is done on."""
+
+def set_num_threads(threads: int) -> None:
+    """Sets the number of threads of later work; 0 is one per core."""
+
+def watch(watcher: Callable[[int, int], object] | None) -> None:
+    """Has a function called with the number of curves that are done and of all, some twenty times a second, or none."""
+
 def natural(batch: Batch, ends: str, parametrisation: str, preserve_shape: bool, device: str, precision: str) -> Fit: ...
 def smoothing(
-    batch: Batch, amount: str, value: str, corners: str, pin_ends: bool, parametrisation: str, device: str, precision: str
+    batch: Batch, amount: str, value: str | list[float], corners: str, pin_ends: bool, parametrisation: str, device: str, precision: str
 ) -> Fit: ...
 def in_surface(
     batch: Batch,

@@ -190,14 +190,14 @@ class Smoothing:
 
     Parameters
     ----------
-    lam : float or "gcv"
+    lam : float, (B,) array or "gcv"
         λ of ∫|p″|² dt · λ + Σ w |p(t) − q|², 0 or more; larger is smoother. As in ``scipy.interpolate.make_smoothing_spline``. "gcv"
         chooses one for each curve by generalised cross-validation of its weighted residuals. SciPy without ``lam`` takes unweighted ones,
         one coordinate at a time.
-    deviation : float or str
+    deviation : float, (B,) array or str
         The smoothest curve of this kind that moves no point by more than this: in units of the input, or a part of each
         curve's size (the diagonal of the box around its points), such as ``"2%"``.
-    tube : float or str
+    tube : float, (B,) array or str
         The curve of least bending within this distance of every point.
     within : float or str
         The same within this distance of the whole polygon, and the polygon within it of the curve: for maps and drawings. Long
@@ -222,9 +222,9 @@ class Smoothing:
     True
     """
 
-    lam: float | Literal["gcv"] | None = None
-    deviation: float | str | None = None
-    tube: float | str | None = None
+    lam: Any = None
+    deviation: Any = None
+    tube: Any = None
     within: float | str | None = None
     corners: Literal["auto", "straight"] | float | None = None
     pin_ends: bool | None = None
@@ -237,12 +237,19 @@ class Smoothing:
         asked = [name for name, value in amounts.items() if value is not None]
         if len(asked) != 1:
             raise TypeError(f"give one of lam, deviation, tube and within, as in Smoothing(lam=0.1), and not {' and '.join(asked) or 'none'}")
-        if self.lam is not None and not (isinstance(self.lam, str) and self.lam == "gcv"):
-            if isinstance(self.lam, str):
-                raise ValueError(f"lam is {self.lam!r}; it must be a number of 0 or more, or 'gcv'")
-            _number("lam", self.lam, above=False)
-        for name in ("deviation", "tube", "within"):
-            _distance(name, amounts[name])
+        name, amount = asked[0], amounts[asked[0]]
+        if not isinstance(amount, str) and np.ndim(amount) == 1 and name != "within":
+            values = floats(amount, name)
+            for i, value in enumerate(values.tolist()):
+                _number(f"{name}[{i}]", value, above=name != "lam")
+            # As numbers, arrays can be compared.
+            object.__setattr__(self, name, _tuples(values))
+        elif name != "lam":
+            _distance(name, amount)
+        elif not isinstance(amount, str):
+            _number("lam", amount, above=False)
+        elif amount != "gcv":
+            raise ValueError(f"lam is {amount!r}; it must be a number of 0 or more, or 'gcv'")
         if self.corners is not None and self.within is None:
             raise ValueError(f"corners go with within, and not with {asked[0]}")
         if isinstance(self.corners, str):
@@ -267,9 +274,15 @@ class Smoothing:
         if name != "lam" and not isinstance(value, str):
             warn_of_degrees(given, (self,), name)
         shares = _shares(topology, given, closed) and self.surface is None
+        each = isinstance(value, tuple)
+        if each and len(value) != len(given):
+            raise ValueError(f"{name}: {len(value)} numbers for {len(given)} curves: give one per curve")
+        if each and (shares or self.surface is not None):
+            where = "with borders that curves share: give topology=False" if shares else "in a surface: give one number"
+            raise ValueError(f"{name} of each curve is not possible {where}")
         batch, clock = _batch(given, closed=closed, t=t, tangents=tangents, weights=weights, pinned=pinned, topology=shares)
         if self.surface is None:
-            fit = _core.smoothing(batch, name, str(value), corners, pin_ends, self.parametrisation, device, precision)
+            fit = _core.smoothing(batch, name, list(value) if each else str(value), corners, pin_ends, self.parametrisation, device, precision)
         elif self.within is not None:
             raise ValueError("smoothing splines in a surface take lam, deviation or tube, and not within")
         else:

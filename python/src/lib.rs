@@ -47,6 +47,9 @@ fn _core(module: &Bound<'_, PyModule>) -> PyResult<()> {
     for function in [
         wrap_pyfunction!(run, module)?,
         wrap_pyfunction!(running::adapters, module)?,
+        wrap_pyfunction!(running::num_threads, module)?,
+        wrap_pyfunction!(running::set_num_threads, module)?,
+        wrap_pyfunction!(running::watch, module)?,
         wrap_pyfunction!(methods::natural, module)?,
         wrap_pyfunction!(methods::smoothing, module)?,
         wrap_pyfunction!(methods::in_surface, module)?,

@@ -45,6 +45,7 @@ fn fitted(
     fit: impl Fn(&CurveBatch, &Device) -> faircurve::Result<faircurve::Fit> + Send + Sync,
 ) -> PyResult<Fit> {
     let curves = &batch.get().batch;
+    let place = place.counting(curves.len());
     let topology = batch.get().topology.then(|| Topology::new(curves, &topology::Options::of(curves)));
     let Some(topology) = topology.transpose().map_err(crate::error)? else {
         let fit = running::run(py, &place, work(curves.total_points()), |device| fit(curves, device))?;
@@ -112,6 +113,13 @@ pub fn in_surface(
     fitted!(py, batch, device, precision, method)
 }
 
+/// How much is smoothed, for all curves or for each.
+#[derive(FromPyObject)]
+pub enum Value {
+    All(String),
+    Each(Vec<f64>),
+}
+
 /// How much is smoothed: λ, "gcv" for one by cross-validation, or a distance.
 fn target(amount: &str, value: &str) -> PyResult<SmoothingTarget> {
     let distance = || value.parse::<Deviation>().map_err(crate::error);
@@ -129,15 +137,16 @@ pub fn smoothing(
     py: Python<'_>,
     batch: &Bound<'_, Batch>,
     amount: &str,
-    value: &str,
+    value: Value,
     corners: &str,
     pin_ends: bool,
     parametrisation: &str,
     device: &str,
     precision: &str,
 ) -> PyResult<Fit> {
-    let target = match amount {
-        "within" => {
+    let parametrised = || self::parametrisation(parametrisation);
+    let target = match (amount, &value) {
+        ("within", Value::All(value)) => {
             let distance = value.parse::<Deviation>().map_err(crate::error)?;
             if !["auto", "chord"].contains(&parametrisation) {
                 let message =
@@ -154,9 +163,21 @@ pub fn smoothing(
             };
             return fitted!(py, batch, device, precision, method);
         }
-        _ => target(amount, value)?,
+        (_, Value::All(value)) => target(amount, value)?,
+        (_, Value::Each(values)) => {
+            let targets =
+                values.iter().map(|value| target(amount, &value.to_string())).collect::<PyResult<Vec<_>>>()?;
+            let method = Smoothing {
+                target: targets.first().copied().unwrap_or(SmoothingTarget::Lambda(0.0)),
+                pin_ends,
+                parametrisation: parametrised()?,
+            };
+            let place = Place::new(device, precision)?;
+            let fit = |batch: &CurveBatch, device: &Device| method.fit_each(batch, &targets, device);
+            return fitted(py, batch, place, |points| method.work(points), fit);
+        }
     };
-    let method = Smoothing { target, pin_ends, parametrisation: self::parametrisation(parametrisation)? };
+    let method = Smoothing { target, pin_ends, parametrisation: parametrised()? };
     fitted!(py, batch, device, precision, method)
 }
 

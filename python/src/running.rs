@@ -3,7 +3,7 @@
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::thread;
 use std::time::Duration;
@@ -21,6 +21,12 @@ const LOOK: Duration = Duration::from_millis(50);
 /// the threads of the one that it came from.
 static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
 
+/// The number of threads asked for; 0 is one per core.
+static THREADS: AtomicUsize = AtomicUsize::new(0);
+
+/// What is called with the number of curves that are done, while fits run.
+static WATCHER: Mutex<Option<Py<PyAny>>> = Mutex::new(None);
+
 /// GPUs that are open, by what was asked for.
 static OPEN: Mutex<Vec<(Choice, Device)>> = Mutex::new(Vec::new());
 
@@ -31,6 +37,8 @@ static OPENED_BY: AtomicU32 = AtomicU32::new(0);
 pub struct Place {
     choice: Choice,
     precision: Precision,
+    /// The number of curves, where they are counted.
+    curves: usize,
 }
 
 impl Place {
@@ -45,7 +53,12 @@ impl Place {
                 "precision \"f32\" belongs to a GPU, and the CPU computes in f64: leave it out, or use device=\"gpu\"",
             ));
         }
-        Ok(Place { choice, precision })
+        Ok(Place { choice, precision, curves: 0 })
+    }
+
+    /// The same for work that counts its curves.
+    pub fn counting(self, curves: usize) -> Self {
+        Place { curves, ..self }
     }
 }
 
@@ -60,20 +73,27 @@ pub fn run<T: Send>(
         refuse_forked()?;
     }
     let stop = Arc::new(AtomicBool::new(false));
+    let counter = Arc::new(AtomicUsize::new(0));
+    let count = Count { finished: counter.clone(), of: place.curves };
     let flag = stop.clone();
     let job = move || -> faircurve::Result<T> {
-        let device = open(place.choice, size)?.with_precision(place.precision).stopped_by(flag);
+        let device = open(place.choice, size)?.with_precision(place.precision).stopped_by(flag).with_counter(counter);
         work(&device)
     };
-    on_the_pool(py, &stop, job)?.map_err(crate::error)
+    on_the_pool(py, &stop, &count, job)?.map_err(crate::error)
 }
 
 /// Does work on the CPU that nothing stops.
 pub fn at_once<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
-    on_the_pool(py, &AtomicBool::new(false), work)
+    on_the_pool(py, &AtomicBool::new(false), &Count::default(), work)
 }
 
-fn on_the_pool<T: Send>(py: Python<'_>, stop: &AtomicBool, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+fn on_the_pool<T: Send>(
+    py: Python<'_>,
+    stop: &AtomicBool,
+    count: &Count,
+    work: impl FnOnce() -> T + Send,
+) -> PyResult<T> {
     let pool = pool()?;
     let (done, result) = mpsc::channel();
     let result = Mutex::new(result);
@@ -88,7 +108,7 @@ fn on_the_pool<T: Send>(py: Python<'_>, stop: &AtomicBool, work: impl FnOnce() -
             match py.detach(|| wait(LOOK)) {
                 Ok(outcome) => return outcome.map_err(Ended::Panicked),
                 Err(_) => {
-                    if let Err(interrupt) = py.check_signals() {
+                    if let Err(interrupt) = py.check_signals().and_then(|()| count.tell(py)) {
                         stop.store(true, Ordering::Relaxed);
                         let _ = py.detach(|| wait(Duration::MAX));
                         return Err(Ended::Interrupted(interrupt));
@@ -105,6 +125,51 @@ fn on_the_pool<T: Send>(py: Python<'_>, stop: &AtomicBool, work: impl FnOnce() -
     }
 }
 
+/// The curves that are done, of how many.
+#[derive(Default)]
+struct Count {
+    finished: Arc<AtomicUsize>,
+    of: usize,
+}
+
+impl Count {
+    /// Calls the watcher, if there is one.
+    fn tell(&self, py: Python<'_>) -> PyResult<()> {
+        let watcher = WATCHER.lock().unwrap_or_else(PoisonError::into_inner).as_ref().map(|one| one.clone_ref(py));
+        match watcher {
+            Some(watcher) if self.of > 0 => {
+                watcher.call1(py, (self.finished.load(Ordering::Relaxed), self.of)).map(drop)
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Has a function called with the number of curves that are done and of all, some twenty times a second, or none.
+#[pyfunction]
+#[pyo3(signature = (watcher))]
+pub fn watch(watcher: Option<Py<PyAny>>) {
+    *WATCHER.lock().unwrap_or_else(PoisonError::into_inner) = watcher;
+}
+
+/// Sets the number of threads of later work; 0 is one per core.
+#[pyfunction]
+pub fn set_num_threads(threads: usize) {
+    THREADS.store(threads, Ordering::Relaxed);
+    let old = POOL.lock().unwrap_or_else(PoisonError::into_inner).take();
+    if let Some((process, pool)) = old
+        && process != std::process::id()
+    {
+        std::mem::forget(pool);
+    }
+}
+
+/// The number of threads that work is done on.
+#[pyfunction]
+pub fn num_threads() -> PyResult<usize> {
+    Ok(pool()?.current_num_threads())
+}
+
 enum Ended {
     Interrupted(PyErr),
     Panicked(Box<dyn Any + Send>),
@@ -118,7 +183,8 @@ fn pool() -> PyResult<Arc<ThreadPool>> {
     {
         return Ok(pool.clone());
     }
-    let threads = ThreadPoolBuilder::new().thread_name(|k| format!("faircurve-{k}")).build();
+    let threads = THREADS.load(Ordering::Relaxed);
+    let threads = ThreadPoolBuilder::new().num_threads(threads).thread_name(|k| format!("faircurve-{k}")).build();
     let threads = Arc::new(threads.map_err(|error| PyRuntimeError::new_err(format!("no threads: {error}")))?);
     if let Some((_, others)) = pool.replace((own, threads.clone())) {
         // Its threads are those of another process: there is nothing to end.

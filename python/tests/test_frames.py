@@ -145,7 +145,7 @@ def test_options_are_checked_when_a_method_is_made():
     for make, error, sentence in (
         (lambda: fc.Smoothing(), TypeError, "give one of lam, deviation, tube and within"),
         (lambda: fc.Smoothing(lam=1, tube=2), TypeError, "and not lam and tube"),
-        (lambda: fc.Smoothing(lam=np.ones(3)), TypeError, r"lam is an array of the shape \(3,\)"),
+        (lambda: fc.Smoothing(lam=np.ones((3, 1))), TypeError, r"lam is an array of the shape \(3, 1\)"),
         (lambda: fc.Fair(per_span=-1), ValueError, "per_span is -1; it must be at least 1"),
         (lambda: fc.Fair(max_stretch=1.0), ValueError, "max_stretch is 1.0; it must be more than 1"),
         (lambda: fc.Natural().fit([PATH]).sample(10.7), ValueError, "count is 10.7; it must be a whole number"),

@@ -363,3 +363,21 @@ def test_curves_within_a_distance_of_their_polygon_stay_straight_and_keep_their_
         fc.Smoothing(within=1, tube=1).fit([house])
     with pytest.raises(ValueError, match="within goes by arc length"):
         fc.Smoothing(within=1, parametrisation="uniform").fit([house])
+
+
+@pytest.mark.parametrize("name", ["lam", "deviation", "tube"])
+def test_amounts_of_each_curve_are_those_of_fits_alone(name):
+    curves = np.random.default_rng(2).normal(size=(5, 12, 2)).cumsum(axis=1)
+    amounts = np.array([0.01, 0.1, 0.3, 0.5, 1.0])
+    method = fc.Smoothing(**{name: amounts})
+    fit = method.fit(curves)
+    for i, amount in enumerate(amounts.tolist()):
+        alone = fc.Smoothing(**{name: amount}).fit(curves[i : i + 1])
+        assert np.array_equal(fit[i : i + 1].sample(40), alone.sample(40)), i
+    assert method == fc.Smoothing(**{name: amounts.tolist()})
+    with pytest.raises(ValueError, match=f"{name}: 5 numbers for 4 curves"):
+        method.fit(curves[:4])
+    with pytest.raises(ValueError, match=rf"{name}\[1\] is -1"):
+        fc.Smoothing(**{name: [1.0, -1.0]})
+    with pytest.raises(ValueError, match=f"{name} of each curve is not possible in a surface"):
+        fc.Smoothing(surface="sphere", **{name: amounts}).fit(curves)

@@ -82,6 +82,34 @@ def test_ctrl_c_ends_a_long_fit():
     assert time.monotonic() - start < 30
 
 
+def test_progress_counts_curves_and_may_end_the_fit():
+    curves = np.random.default_rng(0).normal(size=(2000, 40, 2))
+    seen = []
+    with fc.progress(lambda done, all: seen.append((done, all))):
+        fc.Smoothing(tube=0.2).fit(curves, device="cpu")
+    assert seen and all(0 <= done <= all == 2000 for done, all in seen) and seen == sorted(seen)
+
+    def enough(done, all):
+        raise StopIteration(f"{done} of {all}")
+
+    with pytest.raises(StopIteration), fc.progress(enough):
+        fc.Smoothing(tube=0.2).fit(curves, device="cpu")
+    fc.Natural().fit(curves)
+
+
+def test_the_number_of_threads_changes_no_bit():
+    curves = np.random.default_rng(0).normal(size=(500, 20, 2))
+    cores = fc.num_threads()
+    samples = []
+    for threads in (1, 3, 0):
+        fc.set_num_threads(threads)
+        assert fc.num_threads() == (threads or cores)
+        samples.append(fc.Fair().fit(curves).sample(50))
+    assert np.array_equal(samples[0], samples[1]) and np.array_equal(samples[0], samples[2])
+    with pytest.raises(ValueError, match="threads is -1"):
+        fc.set_num_threads(-1)
+
+
 def test_the_command_is_the_program(tmp_path):
     (tmp_path / "in.csv").write_text("curve,x,y\na,0,0\na,1,1\na,2,0\n")
     command = [sys.executable, "-m", "faircurve._command", "fit", "in.csv", "-o", "out.csv", "--samples", "4"]

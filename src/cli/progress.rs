@@ -136,12 +136,13 @@ impl Watch {
     fn every(interval: Duration, act: impl Fn(Duration) + Send + 'static) -> Self {
         let (stop, stopped) = channel();
         let started = Instant::now();
-        let thread = thread::spawn(move || {
+        let watch = move || {
             while stopped.recv_timeout(interval) == Err(RecvTimeoutError::Timeout) {
                 act(started.elapsed());
             }
-        });
-        Watch { stop: Some(stop), thread: Some(thread) }
+        };
+        // Without threads, as in WebAssembly, nothing is shown.
+        Watch { stop: Some(stop), thread: thread::Builder::new().spawn(watch).ok() }
     }
 }
 

@@ -65,7 +65,7 @@ impl Near {
         };
         let mut near = Near { splines: None, places: vec![None; batch.len()], allowed: asked.to_vec() };
         if !places.is_empty() {
-            let (splines, reports) = within(0).fit_each(&free.select(&places), &Device::cpu(), &within)?;
+            let (splines, reports) = within(0).fit_by(&free.select(&places), &Device::cpu(), &within)?;
             for (k, (&i, report)) in places.iter().zip(&reports).enumerate() {
                 near.places[i] = (report.status == CurveStatus::Converged).then_some(k);
                 near.allowed[i] = asked[i].min(reaches[i]);

@@ -61,7 +61,10 @@ pub(crate) fn with_wide_registers<Op: Operation>(operation: Op) -> Result<Op::Ou
             None => Err(operation),
         }
     }
-    #[cfg(not(target_arch = "x86_64"))]
+    // Every WebAssembly engine that has SIMD has the 16 bytes of the target, and few have more.
+    #[cfg(target_arch = "wasm32")]
+    return Ok(apart(operation));
+    #[cfg(not(any(target_arch = "x86_64", target_arch = "wasm32")))]
     Ok(pulp::Arch::new().dispatch(Wide(operation)))
 }
 
@@ -75,8 +78,10 @@ pub(crate) fn has_wide_registers() -> bool {
     true
 }
 
+#[cfg(not(target_arch = "wasm32"))]
 struct Wide<Op>(Op);
 
+#[cfg(not(target_arch = "wasm32"))]
 impl<Op: Operation> pulp::WithSimd for Wide<Op> {
     type Output = Op::Output;
 

@@ -19,8 +19,11 @@
 //! C. H. Reinsch, Smoothing by spline functions, Numer. Math. 10 (1967) 177–183; P. J. Green, B. W.
 //! Silverman, Nonparametric Regression and Generalized Linear Models (1994), section 2.3.
 
-use crate::linalg::Real;
 use crate::linalg::banded::Banded;
+use crate::linalg::{Lanes, Real, Scalar, operation, run};
+
+/// The λ whose [`scores`](Reinsch::scores) are found at once: two wide registers.
+pub(crate) const TRIALS: usize = 8;
 
 /// Steps of iterative refinement at most. One suffices below some 10,000 knots; beyond, where a
 /// step leaves a tenth of the error or more, the rest are spent.
@@ -191,31 +194,65 @@ impl<T: Real> Reinsch<T> {
         moved <= T::from_f64(FAILED_EPSILONS) * T::EPSILON
     }
 
-    /// tr(I − A) of the last solve of an open curve without corners, where A takes data to the values of
-    /// the curve: β tr((αR + βQᵀΩQ)⁻¹ QᵀΩQ), by the entries of the inverse on five diagonals (Hutchinson
-    /// and de Hoog, Numerische Mathematik 47, 1985).
-    pub fn residual_freedom(&self) -> T {
-        let (alpha, beta) = (self.alpha, T::ONE - self.alpha);
-        // L D Lᵀ: for each unknown 1/d, and the entries of L one and two rows below.
-        let mut factors = Vec::with_capacity(self.bands.len());
-        let [mut last, mut before] = [[T::ZERO; 3]; 2];
-        for band in &self.bands {
-            let [d, e, f] = last;
-            let own = alpha * band[0] + beta * band[2] - d * (e * e) - before[0] * (before[2] * before[2]);
-            let below = (alpha * band[1] + beta * band[3] - d * (e * f)) / own;
-            (before, last) = (last, [own, below, beta * band[4] / own]);
-            factors.push(last);
+    /// Σ w_i |y_i − g_i|²/tr(I − A)² of [`TRIALS`] λ of an open curve without
+    /// corners, where A takes data to the values of the curve. Without refinement.
+    pub fn scores(&self, lambdas: [T; TRIALS]) -> [T; TRIALS] {
+        let lambdas = Lanes(lambdas);
+        match self.dimension {
+            2 => run(Scores::<T, 2> { problem: self, lambdas }).0,
+            _ => run(Scores::<T, 3> { problem: self, lambdas }).0,
         }
-        // The inverse from its end: its entries at the next unknown, the one after, and between them.
-        let (mut next, mut after, mut between, mut trace) = (T::ZERO, T::ZERO, T::ZERO, T::ZERO);
-        for (band, [d, e, f]) in self.bands.iter().zip(factors).rev() {
-            let two = T::ZERO - e * between - f * after;
-            let one = T::ZERO - e * next - f * between;
-            let own = T::ONE / d - e * one - f * two;
-            trace = trace + own * band[2] + (one * band[3] + two * band[4]) * T::from_f64(2.0);
-            (after, next, between) = (next, own, one);
+    }
+
+    /// One elimination for all λ. On the way back come v, and the entries of the inverse on five diagonals, of
+    /// which β tr((αR + βQᵀΩQ)⁻¹ QᵀΩQ) consists (Hutchinson and de Hoog, Numerische Mathematik 47, 1985). β
+    /// cancels from the score.
+    #[inline(always)]
+    fn scores_inlined<const D: usize>(&self, lambdas: Lanes<T, TRIALS>) -> Lanes<T, TRIALS> {
+        let same = |x: T| Lanes([x; TRIALS]);
+        let (one, zero) = (same(T::ONE), same(T::ZERO));
+        let alpha = one / (one + lambdas);
+        let beta = lambdas * alpha;
+        // L D Lᵀ and L⁻¹Qᵀy: for each unknown 1/d, the entries of L one and two rows below, and the right-hand side.
+        let mut rows = Vec::with_capacity(self.bands.len());
+        let mut last = ([zero; 4], [zero; D]);
+        let mut before = last;
+        for (band, right) in self.bands.iter().zip(self.rhs.chunks_exact(D).skip(1)) {
+            let ([_, e, f, d], z) = last;
+            let ([_, _, f_before, d_before], z_before) = before;
+            let pivot = alpha * same(band[0]) + beta * same(band[2]) - d * (e * e) - d_before * (f_before * f_before);
+            let inverse = pivot.if_positive(one / pivot, same(T::NAN));
+            let below = (alpha * same(band[1]) + beta * same(band[3]) - d * (e * f)) * inverse;
+            let beyond = beta * same(band[4]) * inverse;
+            let solved = std::array::from_fn(|axis| same(right[axis]) - e * z[axis] - f_before * z_before[axis]);
+            (before, last) = (last, ([inverse, below, beyond, pivot], solved));
+            rows.push(last);
         }
-        beta * trace
+        // Of the inverse: its entries at the next unknown, the one after, and between them.
+        let (mut next, mut after, mut between, mut trace, mut squares) = (zero, zero, zero, zero, zero);
+        let (mut v, mut v_next) = ([zero; D], [zero; D]);
+        for (knot, (inverse, weight)) in self.inverse_spans.iter().zip(&self.inverse_weights).enumerate().rev() {
+            // The unknown at the knot before; at both ends v is 0.
+            let mut v_before = [zero; D];
+            if let Some(unknown) = knot.checked_sub(2) {
+                let ([inverse, e, f, _], z) = rows[unknown];
+                let band = &self.bands[unknown];
+                v_before = std::array::from_fn(|axis| z[axis] * inverse - e * v[axis] - f * v_next[axis]);
+                let two = zero - e * between - f * after;
+                let one = zero - e * next - f * between;
+                let own = inverse - e * one - f * two;
+                let beside = one * same(band[3]) + two * same(band[4]);
+                trace += own * same(band[2]) + beside + beside;
+                (after, next, between) = (next, own, one);
+            }
+            let left = if knot == 0 { T::ZERO } else { self.inverse_spans[knot - 1] };
+            for axis in 0..D {
+                let pull = (v_next[axis] - v[axis]) * same(*inverse) - (v[axis] - v_before[axis]) * same(left);
+                squares += same(*weight) * (pull * pull);
+            }
+            (v_next, v) = (v, v_before);
+        }
+        squares / (trace * trace)
     }
 
     /// Solves for other data with the factors of the last [`solve`](Self::solve), without
@@ -398,6 +435,12 @@ impl<T: Real> Reinsch<T> {
             product += weight(k) * here * (y(k) - level);
         }
         (centre, level, product / square)
+    }
+}
+
+operation! {
+    Scores<'a, T: Real; D> { problem: &'a Reinsch<T>, lambdas: Lanes<T, TRIALS> } -> Lanes<T, TRIALS> {
+        problem.scores_inlined::<D>(lambdas)
     }
 }
 

@@ -1,5 +1,6 @@
 //! [`Smoothing::fit`]: batches, on the CPU or a GPU.
 
+use std::mem::discriminant;
 use std::sync::Arc;
 
 use super::cubic::CubicSplines;
@@ -10,7 +11,7 @@ use super::smoothing_gpu::fit_on_gpu;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::curve::Sampling;
 use crate::device::Device;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::linalg::{take, tasks};
 use crate::numbers::Numbers;
 use crate::parallel;
@@ -48,12 +49,34 @@ impl Smoothing {
         Ok((Fit::new(splines, reports, device.report(false)?), polylines))
     }
 
+    /// Fits every curve with a target per curve, all of the kind of [`target`](Self::target): λ or distances.
+    ///
+    /// # Errors
+    /// As [`fit`](Self::fit), for any of the targets. Another number of targets than curves, or another kind.
+    pub fn fit_each(&self, batch: &CurveBatch, targets: &[SmoothingTarget], device: &Device) -> Result<Fit> {
+        if targets.len() != batch.len() {
+            let (given, curves) = (targets.len(), batch.len());
+            return Err(Error::argument(format!("{given} targets are given for {curves} curves: give one per curve")));
+        }
+        for target in targets {
+            if discriminant(target) != discriminant(&self.target) {
+                return Err(Error::argument(
+                    "targets of several kinds are given: give each kind in a fit of its curves",
+                ));
+            }
+            Smoothing { target: *target, ..*self }.check(batch)?;
+        }
+        let device = &self.worker(device);
+        let (splines, reports) = self.fit_by(batch, device, &|i| Smoothing { target: targets[i], ..*self })?;
+        Ok(Fit::new(splines, reports, device.report(false)?))
+    }
+
     /// As [`fit`](Self::fit), with the splines themselves.
     ///
     /// # Errors
     /// As [`fit`](Self::fit).
     pub fn fit_splines(&self, batch: &CurveBatch, device: &Device) -> Result<(CubicSplines, Vec<CurveReport>)> {
-        self.fit_each(batch, device, &|_| *self)
+        self.fit_by(batch, device, &|_| *self)
     }
 
     /// [`fit_splines`](Self::fit_splines) on the CPU, with a radius for every data point in units of the
@@ -72,7 +95,7 @@ impl Smoothing {
 
     /// [`fit_splines`](Self::fit_splines) with options per curve, which differ from these only in
     /// the number of their target.
-    pub(crate) fn fit_each(
+    pub(crate) fn fit_by(
         &self,
         batch: &CurveBatch,
         device: &Device,

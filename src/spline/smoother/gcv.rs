@@ -3,16 +3,12 @@
 use super::search::{STEPS_PER_OCTAVE, lambda_at};
 use super::{Slot, Smoother, unsolvable};
 use crate::report::CurveReport;
+use crate::spline::reinsch::TRIALS;
 use crate::status::CurveStatus;
 
-/// Steps between two trials of the first round: four octaves of λ are one of the width over which the spline
-/// averages.
-const STRIDE: i32 = 4 * STEPS_PER_OCTAVE;
-
-/// Steps between trials from which on the least of a parabola through three of them is the next, where
-/// trials become eight times as dense, down to [`FINEST`].
-const SMOOTH: i32 = STEPS_PER_OCTAVE / 2;
-const FINEST: i32 = STEPS_PER_OCTAVE / 128;
+/// Steps between trials: at first along the whole range, where four octaves of λ are one of the width over which the
+/// spline averages, then four to both sides of the best.
+const STRIDES: [i32; 5] = [3 * STEPS_PER_OCTAVE, 341, 76, 17, 4];
 
 /// Octaves of trials above the λ at which a whole curve bends little, and below the one at which
 /// neighbouring points do.
@@ -33,33 +29,13 @@ impl Smoother {
         }
         let octaves = 4.0 * (self.problem.count as f64).log2() + BEYOND;
         let (lowest, highest) = (-octaves as i32 * STEPS_PER_OCTAVE, BEYOND as i32 * STEPS_PER_OCTAVE);
-        let trials = (0..=(highest - lowest) / STRIDE).map(|k| lowest + k * STRIDE);
         let mut best = (f64::INFINITY, lowest);
-        for step in trials {
-            best = least(best, (self.score(step), step));
+        for first in (lowest..=highest).step_by(TRIALS * STRIDES[0] as usize) {
+            best = self.best(best, std::array::from_fn(|k| first + k as i32 * STRIDES[0]));
         }
-        let mut stride = STRIDE / 2;
-        while stride >= FINEST {
-            let middle = best;
-            let [before, after] =
-                [middle.1 - stride, middle.1 + stride].map(|step| match step < lowest || step > highest {
-                    true => (f64::INFINITY, step),
-                    false => (self.score(step), step),
-                });
-            best = least(least(best, before), after);
-            if stride > SMOOTH {
-                stride /= 2;
-                continue;
-            }
-            if best.1 == middle.1 {
-                let bend = before.0 - 2.0 * middle.0 + after.0;
-                let shift = f64::from(stride) * 0.5 * (before.0 - after.0) / bend;
-                if bend > 0.0 && bend.is_finite() {
-                    let step = middle.1 + shift.round() as i32;
-                    best = least(best, (self.score(step), step));
-                }
-                stride /= 8;
-            }
+        for stride in &STRIDES[1..] {
+            let trials = [-4, -3, -2, -1, 1, 2, 3, 4].map(|k| (best.1 + k * stride).clamp(lowest, highest));
+            best = self.best(best, trials);
         }
         let normalised = if best.0.is_finite() { lambda_at(best.1) } else { 0.0 };
         if !self.solve(normalised) {
@@ -69,23 +45,15 @@ impl Smoother {
         self.keep(slot, normalised, deviation)
     }
 
-    /// The score of a step's λ.
-    fn score(&mut self, step: i32) -> f64 {
-        if !self.solve(lambda_at(step)) {
-            return f64::INFINITY;
-        }
-        let (problem, mut squares) = (&self.problem, 0.0);
-        for (moved, inverse) in problem.correction.chunks_exact(problem.dimension).zip(&problem.inverse_weights) {
-            if *inverse > 0.0 {
-                squares += moved.iter().map(|x| x * x).sum::<f64>() / inverse;
+    /// The step of the least score, and that score: of `before` and of trials.
+    fn best(&self, before: (f64, i32), trials: [i32; TRIALS]) -> (f64, i32) {
+        let mut best = before;
+        for (score, step) in self.problem.scores(trials.map(lambda_at)).into_iter().zip(trials) {
+            // NaN is not less.
+            if score < best.0 {
+                best = (score, step);
             }
         }
-        let score = squares / problem.residual_freedom().powi(2);
-        if score.is_nan() { f64::INFINITY } else { score }
+        best
     }
-}
-
-/// The trial of the lower score, or the one before.
-fn least(before: (f64, i32), trial: (f64, i32)) -> (f64, i32) {
-    if trial.0 < before.0 { trial } else { before }
 }

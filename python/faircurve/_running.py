@@ -1,0 +1,68 @@
+"""While fits run: their progress, and the threads that they run on."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+from . import _core
+
+
+@contextmanager
+def progress(show: Callable[[int, int], object] | None = None) -> Iterator[None]:
+    """Shows how many curves are done, of all fits within.
+
+    Parameters
+    ----------
+    show : callable, optional
+        Called some twenty times a second with the number of curves that are done and that of all. By default a bar of tqdm, or where
+        there is no tqdm a line on standard error. An exception that it raises ends the fit.
+
+    Examples
+    --------
+    >>> import faircurve as fc
+    >>> with fc.progress(lambda done, curves: None):
+    ...     fit = fc.Fair().fit([[(0, 0), (2, 1), (3, 0)]])
+    """
+    bar = None
+    if show is None:
+        try:
+            from tqdm.auto import tqdm
+        except ImportError:
+
+            def show(done: int, curves: int) -> None:
+                print(f"\r{done:,} of {curves:,} curves", end="", file=sys.stderr, flush=True)
+
+        else:
+            bar = tqdm(unit=" curves")
+
+            def show(done: int, curves: int) -> None:
+                bar.total, bar.n = curves, done
+                bar.refresh()
+
+    _core.watch(show)
+    try:
+        yield
+    finally:
+        _core.watch(None)
+        if bar is not None:
+            bar.close()
+
+
+def set_num_threads(threads: int) -> None:
+    """Sets the number of threads of later fits; 0 is one per core, the default.
+
+    Raises
+    ------
+    ValueError
+        A negative number.
+    """
+    if threads < 0:
+        raise ValueError(f"threads is {threads}; it must be 0 or more")
+    _core.set_num_threads(threads)
+
+
+def num_threads() -> int:
+    """The number of threads of fits."""
+    return _core.num_threads()
