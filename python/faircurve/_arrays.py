@@ -43,6 +43,8 @@ class Ragged:
         Parameters of the points, where the kind has them, and their ``clock``.
     degrees : bool
         Whether coordinates are degrees of a geographic CRS.
+    metres : float, optional
+        The unit of a projected CRS.
     """
 
     coords: Floats
@@ -54,6 +56,7 @@ class Ragged:
     t: Floats | None = None
     clock: Any = None
     degrees: bool = False
+    metres: float | None = None
     #: Whether all curves are rings of polygons of a table's rows, which may share borders.
     polygons: bool = False
     #: The table that the curves were read from, the number of its rows, and the row of every point.

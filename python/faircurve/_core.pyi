@@ -58,6 +58,8 @@ class Batch:
         widths: _Floats | None = None,
         auto_closed: bool = False,
         topology: bool = False,
+        degrees: bool = False,
+        metres: float | None = None,
     ) -> Batch: ...
     def __len__(self) -> int: ...
     @property

@@ -46,6 +46,7 @@ def ragged(geometries: Any) -> Ragged:
         index=None if series is None else series.index,
         t=_measures(lines),
         degrees=crs is not None and crs.is_geographic,
+        metres=crs.axis_info[0].unit_conversion_factor if crs is not None and crs.is_projected else None,
         polygons=series is not None and len(lines) > 0 and all("Polygon" in one.geom_type for one in given if one is not None),
     )
 

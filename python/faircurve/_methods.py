@@ -45,7 +45,8 @@ def _batch(curves: Ragged, *, closed: Any, topology: bool | None = False, t: Any
             given[name] = flags_per_point(values, curves, name).tolist()
         else:
             given[name] = per_point(values, curves, name)
-    return _core.Batch(curves.coords, curves.offsets, topology=bool(topology), **given), clock
+    given.update(topology=bool(topology), degrees=curves.degrees, metres=curves.metres)
+    return _core.Batch(curves.coords, curves.offsets, **given), clock
 
 
 def _recipe(method: Any, **options: Any) -> tuple[Any, dict[str, Any]]:
@@ -201,7 +202,8 @@ class Smoothing:
         The curve of least bending within this distance of every point.
     within : float or str
         The same within this distance of the whole polygon, and the polygon within it of the curve: for maps and drawings. Long
-        straight lines stay straight, and closed curves keep their area.
+        straight lines stay straight, and closed curves keep their area. Lengths such as ``"2km"`` are for geometries whose CRS has
+        a unit; in degrees they are on the ground, at every latitude.
     corners : {"auto", "straight"} or float, optional
         With ``within`` the corners that stay sharp: "auto" finds them at the scale of the distance, also in noise of half of it;
         "straight" takes those between straight lines; a number is the turn, in degrees, from which on a point is one.

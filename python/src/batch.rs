@@ -35,7 +35,7 @@ pub fn offsets(array: &PyReadonlyArray1<'_, i64>) -> PyResult<Vec<usize>> {
 #[pymethods]
 impl Batch {
     #[new]
-    #[pyo3(signature = (coords, offsets, *, closed=None, t=None, weights=None, tangents=None, curvatures=None, exponents=None, known=None, pinned=None, largest_curvatures=None, corridors=None, widths=None, auto_closed=false, topology=false))]
+    #[pyo3(signature = (coords, offsets, *, closed=None, t=None, weights=None, tangents=None, curvatures=None, exponents=None, known=None, pinned=None, largest_curvatures=None, corridors=None, widths=None, auto_closed=false, topology=false, degrees=false, metres=None))]
     fn new(
         coords: PyReadonlyArray2<'_, f64>,
         offsets: PyReadonlyArray1<'_, i64>,
@@ -52,6 +52,8 @@ impl Batch {
         widths: Option<PyReadonlyArray2<'_, f64>>,
         auto_closed: bool,
         topology: bool,
+        degrees: bool,
+        metres: Option<f64>,
     ) -> PyResult<Self> {
         let dimension = coords.shape()[1];
         let batch = CurveBatch::from_ragged(dimension, rows(&coords)?, self::offsets(&offsets)?);
@@ -80,6 +82,12 @@ impl Batch {
             None if auto_closed => batch.closed_auto(),
             None => batch,
         };
+        if degrees {
+            batch = batch.in_degrees();
+        }
+        if let Some(metres) = metres {
+            batch = batch.in_metres(metres).map_err(crate::error)?;
+        }
         Ok(Batch { batch, topology })
     }
 

@@ -400,3 +400,22 @@ def test_nulls_of_points_and_masked_dates_are_missing():
     assert fc.Natural().fit(pa.ListArray.from_arrays(pa.array([0, 4], pa.int32()), points)).status.tolist() == ["invalid"]
     dates = np.ma.array(np.arange("2024-01-01", "2024-01-06", dtype="M8[D]"), mask=[0, 1, 0, 0, 0])
     assert fc.Natural().fit([PATH], t=dates).status.tolist() == ["invalid"]
+
+
+def test_lengths_with_a_unit_are_on_the_ground():
+    geographiclib = pytest.importorskip("pyproj").Geod(ellps="WGS84")
+    rng = np.random.default_rng(5)
+    lines = [np.array([10.0 * k, 10.0 * k]) + 0.02 * rng.normal(size=(30, 2)).cumsum(axis=0) for k in range(8)]
+    degrees = gpd.GeoSeries([shapely.LineString(one) for one in lines], crs=4326)
+    fit = fc.Smoothing(within="2km").fit(degrees)
+    assert (fit.status == "converged").all()
+    for line, one in zip(lines, fit.sample(600)):
+        curve = np.array(one.coords)
+        metres = [geographiclib.inv(*np.broadcast_arrays(*point, *curve.T))[2].min() for point in line]
+        assert 1000.0 < max(metres) < 2010.0
+    feet = degrees.to_crs(2263).iloc[4:5]
+    assert feet.crs.axis_info[0].unit_name == "US survey foot"
+    a, b = (fc.Smoothing(within=within).fit(feet).sample(100).iloc[0] for within in ("3281ft", 3281 * 0.3048 * 3937 / 1200))
+    assert a.hausdorff_distance(b) < 1e-6
+    with pytest.raises(ValueError, match="the unit of the points is not known"):
+        fc.Smoothing(within="2km").fit(lines)

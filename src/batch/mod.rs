@@ -252,6 +252,26 @@ impl CurveBatch {
         Ok(self.with_origin(Arc::new(origin)))
     }
 
+    /// The same curves of longitudes x and latitudes y in degrees, as of WGS84.
+    #[must_use]
+    pub fn in_degrees(mut self) -> Self {
+        Arc::make_mut(&mut self.origin).geographic = true;
+        self
+    }
+
+    /// The same curves in a unit of so many metres.
+    ///
+    /// # Errors
+    /// A number that is not positive and finite.
+    pub fn in_metres(mut self, metres: f64) -> Result<Self> {
+        if !(metres > 0.0 && metres.is_finite()) {
+            let sentence = format!("a unit of {metres} metres is given; it must be positive and finite");
+            return Err(Error::argument(sentence));
+        }
+        Arc::make_mut(&mut self.origin).metres = Some(metres);
+        Ok(self)
+    }
+
     /// Sets the provenance.
     pub(crate) fn with_origin(mut self, origin: Arc<Origin>) -> Self {
         self.origin = origin;

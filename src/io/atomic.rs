@@ -187,6 +187,8 @@ fn write_through(file: File, temporary: TempPath, place: &Path, overwrite: bool,
     fill(&mut out)?;
     let Output::File(file) = out else { unreachable!("made four lines above") };
     file.sync_all()?;
+    // WebAssembly has no permissions.
+    #[cfg(not(target_os = "wasi"))]
     if overwrite && let Ok(data) = std::fs::metadata(place) {
         file.set_permissions(data.permissions())?;
     }
