@@ -89,7 +89,7 @@ export class Faircurve {
     try {
       status = wasi.start(/** @type {any} */ (instance));
     } catch (error) {
-      if (!(error instanceof WebAssembly.RuntimeError)) throw error;
+      if (!(error instanceof WebAssembly.RuntimeError || error instanceof RangeError)) throw error;
     }
     const written = [...folder].filter(([, file]) => file instanceof File && !given.has(file));
     return {
