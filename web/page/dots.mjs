@@ -10,7 +10,7 @@ import { View } from './view.mjs';
 /** @typedef {{ x: number, y: number, r: number }} Disc */
 
 /** The sheet on which dots lie. */
-const SHEET = [0, 0, 1000, 660];
+const SHEET = [0, -30, 1000, 690];
 /** How near a pointer must be to what it takes, in pixels. */
 const [NEAR, NEAR_TOUCH] = [11, 24];
 /** Pixels from a dot to the knob of its tangent. */
@@ -19,10 +19,10 @@ const HANDLE = 52;
 const SAMPLES = 16;
 
 const METHODS = /** @type {const} */ ({
-  natural: { title: 'Natural spline', takes: 'ends' },
-  smoothing: { title: 'Smoothing spline', takes: 'none' },
-  fair: { title: 'Fair curve', takes: 'all' },
-  scf: { title: 'Smooth connection functions', takes: 'all' },
+  natural: { title: 'Natural spline', short: 'Natural', takes: 'ends' },
+  smoothing: { title: 'Smoothing spline', short: 'Smoothing', takes: 'none' },
+  fair: { title: 'Fair curve', short: 'Fair', takes: 'all' },
+  scf: { title: 'Smooth connection functions', short: 'SCF', takes: 'all' },
 });
 /** @typedef {keyof typeof METHODS} Method */
 
@@ -111,7 +111,7 @@ export class Dots {
 
   /** Everything of one method. @param {Method} method */
   card(method) {
-    const { title } = METHODS[method];
+    const { title, short: word } = METHODS[method];
     const card = document.createElement('article');
     card.className = 'card';
     card.id = `card-${method}`;
@@ -121,7 +121,7 @@ export class Dots {
     canvas.setAttribute('aria-label', `${title} through the dots. N and P choose a dot, arrows move it, Delete removes it, Enter adds one.`);
     find('four').append(card);
     const tab = document.createElement('button');
-    Object.assign(tab, { type: 'button', textContent: title.split(' ')[0], id: `tab-${method}` });
+    Object.assign(tab, { type: 'button', textContent: word, id: `tab-${method}` });
     tab.setAttribute('role', 'tab');
     tab.setAttribute('aria-controls', card.id);
     tab.addEventListener('click', () => this.show(method));
@@ -471,7 +471,7 @@ export class Dots {
     if (!curvature || !tangents[0]) return;
     const [x0, y0, x1, y1] = SHEET;
     const diagonal = Math.hypot(x1 - x0, y1 - y0);
-    const scale = 0.0045 * diagonal ** 2 * 10 ** (find('comb-scale').value / 200);
+    const scale = 0.0018 * diagonal ** 2 * 10 ** (find('comb-scale').value / 200);
     const most = 0.12 * diagonal;
     const tips = [];
     for (let i = 0; i < curvature.length; i++) {

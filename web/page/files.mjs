@@ -245,7 +245,7 @@ export class Files {
     find('bad-legend').hidden = unusable.length === 0;
     find('cross-legend').hidden = marks.length === 0;
     URL.revokeObjectURL(find('download').href);
-    Object.assign(find('download'), { href: URL.createObjectURL(new Blob([written])), download: output, textContent: `Download ${output}` });
+    Object.assign(find('download'), { href: URL.createObjectURL(new Blob([written])), download: output, title: output, ariaLabel: `Download ${output}` });
     find('command').textContent = quoted(['faircurve', ...args]);
     find('status').textContent = `Done: ${rows.map((row) => row.join(' ')).join(', ')}`;
     find('files').dataset.runs = Number(find('files').dataset.runs ?? 0) + 1;
@@ -294,11 +294,16 @@ export class Files {
     const after = showAfter && result ? result.layer : null;
     const main = after ?? before;
     const fill = main.coords.length / 2 <= MOST_FILLED ? colour(after ? 'after-fill' : 'before-fill') : undefined;
-    if (after) paintLayer(context, view, after, { stroke: colour('after'), width: 1.7, fill, vertices: true });
-    if (showBefore) paintLayer(context, view, before, { stroke: colour('before'), width: 1, vertices: true, fill: after ? undefined : fill });
-    if (!result) return this.paintScale();
-    const places = result.unusable.map((/** @type {any} */ { i }) => i).filter((/** @type {number} */ i) => i < before.closed.length);
-    paintLayer(context, view, before, { stroke: colour('bad'), width: 2, only: places, dash: [5, 4] });
+    const places = (result?.unusable ?? []).map((/** @type {any} */ { i }) => i).filter((/** @type {number} */ i) => i < before.closed.length);
+    // A map of the whole world goes on at both of its sides.
+    const [x0, , x1] = boxOf(main);
+    for (const shift of this.file.geographic && x1 - x0 > 300 ? [-360, 0, 360] : [0]) {
+      if (showBefore) paintLayer(context, view, before, { stroke: colour('before'), width: 1.2, vertices: true, fill: after ? undefined : fill, shift });
+      if (after) paintLayer(context, view, after, { stroke: colour('after'), width: 1.7, fill, vertices: true, shift });
+      if (places.length > 0) paintLayer(context, view, before, { stroke: colour('bad'), width: 2, only: places, dash: [5, 4], shift });
+    }
+    this.paintScale();
+    if (!result) return;
     context.strokeStyle = colour('cross');
     context.lineWidth = 2;
     for (const [x, y] of result.marks) {
@@ -306,7 +311,6 @@ export class Files {
       context.arc(...view.toScreen(x, y), 9, 0, 7);
       context.stroke();
     }
-    this.paintScale();
   }
 
   paintScale() {

@@ -194,14 +194,14 @@ export function boxOf({ bounds }) {
  * @param {CanvasRenderingContext2D} context
  * @param {View} view
  * @param {Layer} layer
- * @param {{ stroke: string, width: number, fill?: string, vertices?: boolean, only?: Iterable<number>, dash?: number[] }} style
+ * @param {{ stroke: string, width: number, fill?: string, vertices?: boolean, only?: Iterable<number>, dash?: number[], shift?: number }} style
  */
-export function paintLayer(context, view, layer, { stroke, width, fill, vertices = false, only, dash = [] }) {
+export function paintLayer(context, view, layer, { stroke, width, fill, vertices = false, only, dash = [], shift = 0 }) {
   const { coords, offsets, closed, bounds, cubic } = layer;
   const { camera: { x: cx, y: cy, scale }, size } = view;
-  const [left, bottom] = view.toWorld(-20, size.height + 20);
-  const [right, top] = view.toWorld(size.width + 20, -20);
-  const [ox, oy] = [size.width / 2 - cx * scale, size.height / 2 + cy * scale];
+  const [left, bottom] = view.toWorld(-20 - shift * scale, size.height + 20);
+  const [right, top] = view.toWorld(size.width + 20 - shift * scale, -20);
+  const [ox, oy] = [size.width / 2 - (cx - shift) * scale, size.height / 2 + cy * scale];
   const indices = only ?? offsets.subarray(1).keys();
   const seen = [];
   for (const i of indices) {
@@ -212,7 +212,8 @@ export function paintLayer(context, view, layer, { stroke, width, fill, vertices
     context.beginPath();
     for (const i of seen) if (closed[i]) (cubic ? traceCubics : traceAll)(context, coords, offsets[i], offsets[i + 1], true, scale, ox, oy);
     context.fillStyle = fill;
-    context.fill('evenodd');
+    // Holes of maps turn the other way, and layers may lie on each other.
+    context.fill(cubic ? 'evenodd' : 'nonzero');
   }
   Object.assign(context, { strokeStyle: stroke, lineWidth: width, lineJoin: 'round', lineCap: 'round' });
   context.setLineDash(dash);
@@ -258,7 +259,7 @@ export function paintLayer(context, view, layer, { stroke, width, fill, vertices
   context.stroke();
   context.setLineDash([]);
   // Vertices are seen once they are well apart.
-  if (!vertices || layer.edge * scale < 9 || total > 20 * MOST_VERTICES) return;
+  if (!vertices || layer.edge * scale < 14 || total > 20 * MOST_VERTICES) return;
   context.fillStyle = stroke;
   let drawn = 0;
   for (const i of seen) {
@@ -266,7 +267,7 @@ export function paintLayer(context, view, layer, { stroke, width, fill, vertices
       if (code(coords[2 * j], coords[2 * j + 1]) !== 0) continue;
       if (++drawn > MOST_VERTICES) return;
       context.beginPath();
-      context.arc(coords[2 * j] * scale + ox, oy - coords[2 * j + 1] * scale, 1.2 + width / 2, 0, 7);
+      context.arc(coords[2 * j] * scale + ox, oy - coords[2 * j + 1] * scale, 0.9 + width / 2, 0, 7);
       context.fill();
     }
   }

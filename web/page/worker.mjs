@@ -28,7 +28,7 @@ const TASKS = {
       layer, milliseconds,
       written, stderr: run.stderr, status: run.status, memoryBytes: run.memoryBytes,
       statistics: statisticsOf(told, before, layer),
-      unusable: told.curves.flatMap(unusable),
+      unusable: run.status === 0 ? [] : told.curves.flatMap(unusable),
       marks: marksOf(run.stderr, look),
     };
   },
@@ -50,7 +50,7 @@ const TASKS = {
 };
 
 /**
- * A curve that is no result of its method. A single point is none, and no trouble either.
+ * A curve that is no result of its method. A single point is none either, but no trouble.
  * @param {any} curve
  * @param {number} i
  */
