@@ -48,8 +48,8 @@ function readArray(bytes, name) {
   const kind = /'descr': '([^']*)'/.exec(header)?.[1] ?? '';
   const shape = (/'shape': \(([^)]*)\)/.exec(header)?.[1] ?? '').split(',').filter((length) => length.trim()).map(Number);
   const count = shape.reduce((product, length) => product * length, 1);
-  // A copy: elements of eight bytes lie at multiples of eight.
-  const buffer = bytes.slice(10 + headerBytes).buffer;
+  // A copy: elements of eight bytes lie at multiples of eight. A slice of a Buffer of Node is none.
+  const { buffer } = new Uint8Array(bytes.subarray(10 + headerBytes));
   if (kind === '<f8') return { shape, data: new Float64Array(buffer, 0, count) };
   if (kind === '<i8') return { shape, data: Float64Array.from(new BigInt64Array(buffer, 0, count), Number) };
   if (kind === '|b1' || kind === '|u1') return { shape, data: new Uint8Array(buffer, 0, count) };
