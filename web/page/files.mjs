@@ -5,14 +5,14 @@ import { colour, whenColoursChange } from './colours.mjs';
 import { guess, JOBS, partsOf, quoted, round, short, split, WRITTEN } from './jobs.mjs';
 import { latitudeOf } from './layers.mjs';
 import { Cancelled, Runner } from './runner.mjs';
-import { boxOf, paintLayer, View } from './view.mjs';
+import { View } from './view.mjs';
 
 /** Kilometres of a degree of the equator. */
 const DEGREE = 111.195;
 /** Steps of the slider, and factors of its middle value at both of its ends. */
 const [STEPS, REACH] = [1000, 100];
-/** Polygons are filled while they have no more points than this. */
-const MOST_FILLED = 60000;
+/** Names of colours that the painter needs. */
+const COLOURS = ['before', 'before-fill', 'after', 'after-fill', 'bad', 'cross'];
 /** A slider that moves starts a run this much later, in milliseconds. */
 const DELAY = 80;
 
@@ -23,17 +23,21 @@ export class Files {
   /** @param {WebAssembly.Module} module */
   constructor(module) {
     this.runner = new Runner(module);
-    this.view = new View(find('canvas'), { paint: (context) => this.paint(context) });
+    this.painter = new Worker(new URL('./painter.mjs', import.meta.url), { type: 'module' });
+    const canvas = find('canvas').transferControlToOffscreen();
+    this.painter.postMessage({ canvas }, [canvas]);
+    this.painter.onmessage = ({ data }) => Object.assign(find('canvas').dataset, { painted: data.asked, milliseconds: data.milliseconds });
+    this.view = new View(find('canvas'), { paint: () => this.paint(), isElsewhere: true, moved: () => this.paintSoon(true) });
     /** @type {any} the file, and how it is read */
     this.file = null;
     /** @type {any} what came of it */
     this.result = null;
-    /** @type {import('./layers.mjs').Layer | null} */
+    /** @type {import('./layers.mjs').Summary | null} */
     this.before = null;
     this.middle = 1;
     this.timer = 0;
     this.listen();
-    whenColoursChange(() => this.view.request());
+    whenColoursChange(() => this.paintSoon());
   }
 
   open() {
@@ -76,7 +80,7 @@ export class Files {
     find('format').addEventListener('change', () => this.soon());
     find('more').addEventListener('change', () => this.soon());
     for (const id of ['columns', 'plane']) find(id).addEventListener('change', () => this.read());
-    for (const id of ['show-before', 'show-after']) find(id).addEventListener('change', () => this.view.request());
+    for (const id of ['show-before', 'show-after']) find(id).addEventListener('change', () => this.paintSoon());
     for (const button of document.querySelectorAll('[data-zoom]')) {
       button.addEventListener('click', () => this.view.key(new KeyboardEvent('keydown', { key: /** @type {any} */ (button).dataset.zoom })));
     }
@@ -123,15 +127,14 @@ export class Files {
     Object.assign(this, { before: null, result: null });
     this.busy('Reading');
     try {
-      const { layer } = await this.runner.run({ task: 'read', name, bytes, look: this.look() });
-      this.before = layer;
-      const points = layer.coords.length / 2;
-      this.beforeArea = layer.areas.reduce((/** @type {number} */ all, /** @type {number} */ one) => all + one, 0);
+      const { layer, summary } = await this.runner.run({ task: 'read', name, bytes, look: this.look() });
+      this.before = summary;
+      this.hand({ before: layer, after: null, unusable: [], marks: [] });
       find('file-name').textContent = name;
-      find('file-says').textContent = `${layer.closed.length.toLocaleString('en')} curves, ${points.toLocaleString('en')} ${this.file.cubic ? 'control points' : 'points'}, ${bytesOf(bytes.length)}`;
+      find('file-says').textContent = `${summary.curves.toLocaleString('en')} curves, ${summary.points.toLocaleString('en')} ${this.file.cubic ? 'control points' : 'points'}, ${bytesOf(bytes.length)}`;
       find('empty').hidden = true;
       find('work').hidden = false;
-      this.view.fit(boxOf(layer));
+      this.view.fit(summary.box);
       if (job) this.setJob(job);
       else this.run();
     } catch (error) {
@@ -162,7 +165,7 @@ export class Files {
 
   /** The width or height of a drawing, whichever is more. */
   drawingSize() {
-    const [x0, y0, x1, y1] = boxOf(/** @type {any} */ (this.before));
+    const [x0, y0, x1, y1] = /** @type {any} */ (this.before).box;
     return Math.max(x1 - x0, y1 - y0);
   }
 
@@ -201,6 +204,8 @@ export class Files {
     if (knob && !find('amount').disabled) {
       args.push(knob.option, `${find('amount').value}${this.file.geographic && knob.unit === 'ground' ? 'km' : ''}`);
     }
+    // Formats other than SVG hold points.
+    if (words[0] === 'draw' && !output.endsWith('.svg')) args.push('--as', 'polyline');
     args.push('--report', report, ...split(find('more').value));
     return { args, output, report };
   }
@@ -212,7 +217,7 @@ export class Files {
     const columns = 'curve=curve,x=x,y=y' + (this.before.dimension === 3 ? ',z=z' : '');
     this.busy('Working');
     try {
-      const ask = { task: 'job', args, output, report, files: { [this.file.name]: this.file.bytes }, before: { area: this.beforeArea } };
+      const ask = { task: 'job', args, output, report, files: { [this.file.name]: this.file.bytes }, before: { area: this.before.area } };
       const look = { ...this.look(output.endsWith('.svg')), columns: this.isTable(output) ? columns : '' };
       this.result = await this.runner.run({ ...ask, look });
       this.show(args, output);
@@ -223,7 +228,9 @@ export class Files {
 
   /** @param {string[]} args @param {string} output */
   show(args, output) {
-    const { statistics: numbers, unusable, marks, milliseconds, stderr, written, memoryBytes } = this.result;
+    const { layer, statistics: numbers, unusable, marks, milliseconds, stderr, written, memoryBytes } = this.result;
+    const places = unusable.map((/** @type {any} */ { i }) => i).filter((/** @type {number} */ i) => i < (this.before?.curves ?? 0));
+    this.hand({ after: layer, unusable: places, marks });
     this.busy(null);
     find('sentence').hidden = true;
     find('outcome').hidden = false;
@@ -249,7 +256,6 @@ export class Files {
     find('command').textContent = quoted(['faircurve', ...args]);
     find('status').textContent = `Done: ${rows.map((row) => row.join(' ')).join(', ')}`;
     find('files').dataset.runs = Number(find('files').dataset.runs ?? 0) + 1;
-    this.view.request();
   }
 
   /** A deviation in the unit of the report: metres on the ground. @param {number} value */
@@ -283,34 +289,35 @@ export class Files {
     find('outcome').hidden = true;
     Object.assign(find('sentence'), { hidden: false, textContent: error.message });
     find('files').dataset.runs = Number(find('files').dataset.runs ?? 0) + 1;
+    this.hand({ after: null, unusable: [], marks: [] });
+  }
+
+  /** Hands curves to the painter. @param {Record<string, any>} what */
+  hand(what) {
+    const buffers = [what.before, what.after].filter(Boolean).flatMap(({ coords, offsets, closed, bounds }) => [coords.buffer, offsets.buffer, closed.buffer, bounds.buffer]);
+    this.painter.postMessage(what, [...new Set(buffers)]);
+    this.paintSoon();
+  }
+
+  /** @param {boolean} [moves] whether the picture is on the move */
+  paintSoon(moves = false) {
+    this.moves = moves;
     this.view.request();
   }
 
-  /** @param {CanvasRenderingContext2D} context */
-  paint(context) {
-    const { view, before, result } = this;
-    if (!before) return;
-    const [showBefore, showAfter] = [find('show-before').checked, find('show-after').checked];
-    const after = showAfter && result ? result.layer : null;
-    const main = after ?? before;
-    const fill = main.coords.length / 2 <= MOST_FILLED ? colour(after ? 'after-fill' : 'before-fill') : undefined;
-    const places = (result?.unusable ?? []).map((/** @type {any} */ { i }) => i).filter((/** @type {number} */ i) => i < before.closed.length);
-    // A map of the whole world goes on at both of its sides.
-    const [x0, , x1] = boxOf(main);
-    for (const shift of this.file.geographic && x1 - x0 > 300 ? [-360, 0, 360] : [0]) {
-      if (showBefore) paintLayer(context, view, before, { stroke: colour('before'), width: 1.2, vertices: true, fill: after ? undefined : fill, shift });
-      if (after) paintLayer(context, view, after, { stroke: colour('after'), width: 1.7, fill, vertices: true, shift });
-      if (places.length > 0) paintLayer(context, view, before, { stroke: colour('bad'), width: 2, only: places, dash: [5, 4], shift });
-    }
-    this.paintScale();
-    if (!result) return;
-    context.strokeStyle = colour('cross');
-    context.lineWidth = 2;
-    for (const [x, y] of result.marks) {
-      context.beginPath();
-      context.arc(...view.toScreen(x, y), 9, 0, 7);
-      context.stroke();
-    }
+  /** Tells the painter what is to be seen. */
+  paint() {
+    const { size, ratio, camera } = this.view;
+    const [x0, , x1] = this.before?.box ?? [0, 0, 0];
+    const asked = (this.asked = (this.asked ?? 0) + 1);
+    find('canvas').dataset.asked = asked;
+    this.painter.postMessage({
+      asked, size, ratio, camera, moves: this.moves,
+      colours: Object.fromEntries(COLOURS.map((name) => [name, colour(name)])),
+      show: { before: find('show-before').checked, after: find('show-after').checked },
+      isWorld: !!this.file?.geographic && x1 - x0 > 300,
+    });
+    if (this.before) this.paintScale();
   }
 
   paintScale() {

@@ -4,8 +4,9 @@
 /**
  * How a file is read and drawn.
  * @typedef {{ geographic: boolean, cubic: boolean, columns: string, plane: 'xy' | 'xz' | 'yz' }} Look
- * @typedef {{ coords: Float64Array, offsets: Uint32Array, closed: Uint8Array, bounds: Float64Array, areas: Float64Array,
- *   edge: number, cubic: boolean, names: string[], dimension: number }} Layer
+ * @typedef {{ coords: Float64Array, offsets: Uint32Array, closed: Uint8Array, bounds: Float64Array,
+ *   edge: number, cubic: boolean }} Layer
+ * @typedef {{ box: number[], curves: number, points: number, area: number, edge: number, dimension: number }} Summary
  */
 
 const DEGREE = Math.PI / 180;
@@ -26,7 +27,7 @@ export function latitudeOf(y) {
 /**
  * @param {ReturnType<typeof import('../npz.mjs').readNpz>} arrays
  * @param {Look} look
- * @returns {Layer}
+ * @returns {{ layer: Layer, summary: Summary }}
  */
 export function layerOf(arrays, look) {
   const [{ shape: [count, dimension], data }, offsets] = [arrays.coords, Uint32Array.from(/** @type {any} */ (arrays.offsets.data))];
@@ -39,23 +40,31 @@ export function layerOf(arrays, look) {
     coords[2 * i] = given[dimension * i + a];
     coords[2 * i + 1] = given[dimension * i + b];
   }
-  const areas = Float64Array.from({ length: curves }, (_, i) => (closed[i] ? Math.abs(area(coords, offsets[i], offsets[i + 1], look)) : 0));
+  let sum = 0;
+  for (let i = 0; i < curves; i++) if (closed[i]) sum += Math.abs(area(coords, offsets[i], offsets[i + 1], look));
   const edge = medianEdge(coords, offsets);
   if (look.geographic) for (let i = 1; i < coords.length; i += 2) coords[i] = miller(coords[i]);
   const bounds = new Float64Array(4 * curves);
+  const box = [Infinity, Infinity, -Infinity, -Infinity];
   for (let i = 0; i < curves; i++) {
-    const box = [Infinity, Infinity, -Infinity, -Infinity];
-    for (let j = offsets[i]; j < offsets[i + 1]; j++) {
-      const [x, y] = [coords[2 * j], coords[2 * j + 1]];
-      if (x < box[0]) box[0] = x;
-      if (y < box[1]) box[1] = y;
-      if (x > box[2]) box[2] = x;
-      if (y > box[3]) box[3] = y;
+    const own = [Infinity, Infinity, -Infinity, -Infinity];
+    for (let j = offsets[i]; j < offsets[i + 1]; j++) include(own, coords[2 * j], coords[2 * j + 1]);
+    bounds.set(own, 4 * i);
+    if (own[0] <= own[2]) {
+      include(box, own[0], own[1]);
+      include(box, own[2], own[3]);
     }
-    bounds.set(box, 4 * i);
   }
-  const names = /** @type {string[]} */ (arrays.names?.data ?? []);
-  return { coords, offsets, closed, bounds, areas, edge, cubic: look.cubic, names, dimension };
+  const summary = { box: box[0] <= box[2] ? box : [0, 0, 1, 1], curves, points: count, area: sum, edge, dimension };
+  return { layer: { coords, offsets, closed, bounds, edge, cubic: look.cubic }, summary };
+}
+
+/** Widens a box until it holds a point. @param {number[]} box @param {number} x @param {number} y */
+function include(box, x, y) {
+  if (x < box[0]) box[0] = x;
+  if (y < box[1]) box[1] = y;
+  if (x > box[2]) box[2] = x;
+  if (y > box[3]) box[3] = y;
 }
 
 /**
@@ -114,19 +123,18 @@ function medianEdge(coords, offsets) {
  * The numbers beside the drawing.
  * @param {any} report
  * @param {{ area: number }} before
- * @param {Layer} after
+ * @param {Summary} after
  */
 export function statisticsOf(report, before, after) {
   const sum = (/** @type {string} */ what) => report.curves.reduce((/** @type {number} */ all, /** @type {any} */ curve) => all + curve[what], 0);
   const deviations = report.curves.map((/** @type {any} */ curve) => curve.max_deviation).filter(Number.isFinite);
-  const area = after.areas.reduce((all, one) => all + one, 0);
   return {
     curves: report.curves.length,
     usable: report.totals.usable,
     pointsBefore: sum('points_in'),
     pointsAfter: sum('points_out'),
     deviation: deviations.reduce((/** @type {number} */ most, /** @type {number} */ one) => Math.max(most, one), 0),
-    areaChange: before.area > 0 && area > 0 ? area / before.area - 1 : null,
+    areaChange: before.area > 0 && after.area > 0 ? after.area / before.area - 1 : null,
   };
 }
 

@@ -11,8 +11,7 @@ let program;
 const TASKS = {
   /** The points of a file. @param {any} ask */
   read({ name, bytes, look }) {
-    const layer = readLayer({ [name]: bytes }, look);
-    return { layer };
+    return readLayer({ [name]: bytes }, look);
   },
 
   /** A run whose output is read back. @param {any} ask */
@@ -23,11 +22,11 @@ const TASKS = {
     const written = run.files[output];
     if (!written) throw new Error(sentence(run.stderr) || `the program ended with status ${run.status}`);
     const told = JSON.parse(new TextDecoder().decode(run.files[report]));
-    const layer = readLayer({ [output]: written }, look);
+    const { layer, summary } = readLayer({ [output]: written }, look);
     return {
       layer, milliseconds,
       written, stderr: run.stderr, status: run.status, memoryBytes: run.memoryBytes,
-      statistics: statisticsOf(told, before, layer),
+      statistics: statisticsOf(told, before, summary),
       unusable: run.status === 0 ? [] : told.curves.flatMap(unusable),
       marks: marksOf(run.stderr, look),
     };
