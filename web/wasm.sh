@@ -1,0 +1,11 @@
+#!/bin/sh
+# Builds the program for WASI, if it is missing, and puts it into web/dist.
+set -eu
+cd "$(dirname "$0")/.."
+built=web/dist/faircurve.wasm
+[ ! -e "$built" ] || exit 0
+rustup target add wasm32-wasip1
+RUSTFLAGS="-C target-feature=+simd128" cargo build --locked --profile web --bin faircurve --target wasm32-wasip1 \
+    --no-default-features --features cli
+mkdir -p web/dist
+cp "${CARGO_TARGET_DIR:-target}/wasm32-wasip1/web/faircurve.wasm" "$built"
