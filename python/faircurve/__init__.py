@@ -13,9 +13,9 @@ from . import bezier, laplacian, linalg, scf
 from ._arrays import Ragged, ragged
 from ._core import __version__, adapters
 from ._energy import Energy, attachment, bending, geodesic_bending, length, tautness, tension, torsion, variation
-from ._fit import Fit
+from ._fit import STATUSES, Fit, Status
 from ._formula import Expression, ExpressionVector, custom
-from ._methods import Fair, Geodesic, Natural, Smooth, Smoothing
+from ._methods import Fair, Geodesic, Method, Natural, Smooth, Smoothing
 from ._splines import CubicSplineBatch, PPolyBatch
 from ._surfaces import HeightField, Mesh
 from ._tables import FairBatch, from_dataframe
@@ -31,11 +31,14 @@ __all__ = [
     "Geodesic",
     "HeightField",
     "Mesh",
+    "Method",
     "Natural",
     "PPolyBatch",
     "Ragged",
+    "STATUSES",
     "Smooth",
     "Smoothing",
+    "Status",
     "__version__",
     "adapters",
     "attachment",

@@ -62,7 +62,7 @@ def _fields(names: list[str]) -> list[int]:
     return [own[0] for own in found if own]
 
 
-def ragged(curves: Any) -> Ragged:
+def ragged(curves: Any) -> Ragged[Any]:
     """The points of lists of points."""
     given = _array(curves)
     if not isinstance(given, pa.Array):

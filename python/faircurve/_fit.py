@@ -5,22 +5,33 @@ from __future__ import annotations
 import functools
 import warnings
 from collections.abc import Iterator, Sequence
-from typing import Any, Literal
+from typing import Any, Generic, Literal, TypeAlias, get_args, overload
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from . import _core
 from . import _times
-from ._arrays import Floats, Offsets, Ragged, _list_back, offsets_of, split
+from ._arrays import ArrayT, Floats, Offsets, Pair, Ragged, _array_back, _list_back, _pair_back, offsets_of, split
 from ._times import Clock
 
 
 #: The most curves of the picture in a notebook.
 PICTURED = 500
 
+Status: TypeAlias = Literal["converged", "not_converged", "unbounded", "no_minimiser", "not_unique", "infeasible", "degenerate", "invalid"]
 
-class Fit:
+By: TypeAlias = Literal["parameter", "length", "span"]
+Outside: TypeAlias = Literal["ends", "nan", "periodic", "raise"]
+
+#: The words of ``Fit.status``.
+STATUSES: tuple[Status, ...] = get_args(Status)
+
+#: How samples are counted, by the word of ``by``.
+_BY = {"parameter": "count", "length": "points", "span": "per_span"}
+
+
+class Fit(Generic[ArrayT]):
     """Fitted curves, as many as were given, in their order.
 
     A curve that cannot be fitted has a status and a message, and its values are those of its input as a polyline.
@@ -35,7 +46,7 @@ class Fit:
     A fit that was pickled is made again, from its points and its method.
     """
 
-    def __init__(self, fit: _core.Fit, curves: Ragged, dimension: int, clock: Clock | None = None, recipe: Any = None) -> None:
+    def __init__(self, fit: _core.Fit, curves: Ragged[ArrayT], dimension: int, clock: Clock | None = None, recipe: Any = None) -> None:
         self._fit = fit
         self._curves = curves
         self._dimension = dimension
@@ -51,10 +62,10 @@ class Fit:
             options = {**options, "device": "cpu"}
         return _fitted_again, (method, self._curves, options)
 
-    def __copy__(self) -> Fit:
+    def __copy__(self) -> Fit[ArrayT]:
         return self
 
-    def __deepcopy__(self, memo: Any) -> Fit:
+    def __deepcopy__(self, memo: Any) -> Fit[ArrayT]:
         # Nothing of it changes.
         return self
 
@@ -98,7 +109,7 @@ class Fit:
         """
         return {name: self._of_curves(values.copy()) for name, values in self._report.items()}
 
-    def to_frame(self, per: str = "row") -> Any:
+    def to_frame(self, per: Literal["row", "curve"] = "row") -> Any:
         """A data frame of the report, lengths and largest curvatures.
 
         Parameters
@@ -151,7 +162,11 @@ class Fit:
 
     # --- values ---
 
-    def __call__(self, u: Any, nu: int = 0, outside: Literal["ends", "nan", "periodic", "raise"] | None = None) -> Any:
+    @overload
+    def __call__(self, u: Sequence[Sequence[Any]] | Sequence[NDArray[Any]], nu: int = 0, outside: Outside | None = None) -> list[Floats]: ...  # pyright: ignore[reportOverlappingOverload]
+    @overload
+    def __call__(self, u: Any, nu: int = 0, outside: Outside | None = None) -> Floats: ...
+    def __call__(self, u: Any, nu: int = 0, outside: Outside | None = None) -> Any:
         """Points of the curves at parameters, or derivatives.
 
         Parameters
@@ -181,6 +196,10 @@ class Fit:
         flat, offsets, shape = self._within(*self._parameters(u), outside)
         return self._shaped(self._fit.evaluate(flat, offsets, nu), shape, (self._dimension,))
 
+    @overload
+    def curvature(self, u: Sequence[Sequence[Any]] | Sequence[NDArray[Any]]) -> list[Floats]: ...  # pyright: ignore[reportOverlappingOverload]
+    @overload
+    def curvature(self, u: Any) -> Floats: ...
     def curvature(self, u: Any) -> Any:
         """Curvatures (1/length) at parameters; in the plane positive to the left. Shapes are those of a call, without d."""
         flat, offsets, shape = self._within(*self._parameters(u), None)
@@ -241,21 +260,28 @@ class Fit:
             shape = (shape[0], values.size // max(1, shape[0] * int(np.prod(inner))))
         return values.reshape(*shape, *inner)
 
-    def sample(self, count: int | None = None, *, per_span: int | None = None, points: int | None = None, spacing: float | None = None, tolerance: float | None = None, out: Floats | None = None, return_t: bool = False) -> Any:
+    @overload
+    def sample(self, count: int | None = None, *, by: By = "parameter", per_span: int | None = None, points: int | None = None, spacing: float | None = None, tolerance: float | None = None, out: Floats | None = None, return_t: Literal[False] = False) -> ArrayT: ...
+    @overload
+    def sample(self, count: int | None = None, *, by: By = "parameter", per_span: int | None = None, points: int | None = None, spacing: float | None = None, tolerance: float | None = None, out: Floats | None = None, return_t: Literal[True]) -> tuple[ArrayT, list[Any]]: ...
+    def sample(self, count: int | None = None, *, by: By = "parameter", per_span: int | None = None, points: int | None = None, spacing: float | None = None, tolerance: float | None = None, out: Floats | None = None, return_t: bool = False) -> Any:
         """Points along the curves, as the kind of thing that was fitted.
 
         Parameters
         ----------
         count : int
-            So many samples of each curve, evenly in the parameter.
+            Number of samples of each curve, or of segments of each span where ``by`` is "span".
+        by : {"parameter", "length", "span"}
+            Whether ``count`` samples are taken evenly in the parameter or at equal arc lengths, or are ``count`` segments between
+            two data points.
         per_span : int
-            So many segments between data points. The default, with 16.
+            Number of segments between data points. The default, with 16. The same as ``by="span"``.
         points : int
-            So many samples of each curve at equal arc lengths.
+            Number of samples of each curve at equal arc lengths. The same as ``by="length"``.
         spacing : float
-            Samples at equal arc lengths, at most this far apart.
+            Samples at equal arc lengths, at most this far apart (units of the input).
         tolerance : float
-            As few samples as keep within this distance of the curve, and the curve within it of them.
+            As few samples as keep within this distance of the curve, and the curve within it of them (units of the input).
         out : array
             Memory for the samples, C-contiguous float64 of any shape with as many numbers. Memory that is kept saves most
             of the time that new memory takes.
@@ -265,9 +291,28 @@ class Fit:
         Returns
         -------
         What came in, arrays over the memory of `out` if it is given: an array (B, m, d), a list of arrays, a GeoSeries, a pyarrow array, …
-        A closed curve has every sample once; rings of shapely repeat the first at their end.
+        A closed curve has every sample once; rings of shapely repeat the first at their end. An array has a row for each
+        curve: rows with fewer samples than others end with NaN, and a curve that has no fit has as many samples of its polyline.
+
+        Raises
+        ------
+        TypeError
+            More than one way to take samples, or an amount that is no number.
+        ValueError
+            An amount that is not positive or not whole, or memory of another size.
+
+        Examples
+        --------
+        >>> import numpy as np, faircurve as fc
+        >>> fit = fc.Natural().fit(np.random.default_rng(0).normal(size=(100, 10, 2)))
+        >>> fit.sample(80).shape, fit.sample(80, by="length").shape, fit.sample(8, by="span").shape
+        ((100, 80, 2), (100, 80, 2), (100, 73, 2))
         """
-        given = [("count", count), ("per_span", per_span), ("points", points), ("spacing", spacing), ("tolerance", tolerance)]
+        if by not in _BY:
+            raise ValueError(f"by is {by!r}; {', '.join(_BY)} are possible")
+        if by != "parameter" and count is None:
+            raise TypeError(f"by={by!r} needs a number of samples, as in sample(64, by={by!r})")
+        given = [(_BY[by], count), ("per_span", per_span), ("points", points), ("spacing", spacing), ("tolerance", tolerance)]
         asked = [(how, value) for how, value in given if value is not None]
         if len(asked) > 1:
             raise TypeError(f"samples are taken one way: {' or '.join(how for how, _ in asked)}")
@@ -281,15 +326,46 @@ class Fit:
         if how in ("spacing", "tolerance"):
             warn_of_degrees(self._curves, self._recipe, how)
         flat = None if out is None else _writable(out)
-        coords, offsets = self._fit.sample(how, float(value), flat)
-        made = self._curves.back(coords.reshape(-1, self._dimension), offsets, self._closed())
-        if isinstance(made, np.ndarray) and how in ("spacing", "tolerance"):
-            # Their number is each curve's own.
-            made = list(made)
+        is_array = self._curves.back is _array_back
+        try:
+            coords, offsets = self._fit.sample(how, float(value), flat)
+        except ValueError:
+            # An array has rows for samples that curves without a fit do not have.
+            if flat is None or not is_array:
+                raise
+            coords, offsets = self._fit.sample(how, float(value))
+            if self._as_array(how, int(value), coords, offsets).size != flat.size:
+                raise
+        made: Any = self._as_array(how, int(value), coords, offsets) if is_array else self._curves.back(coords.reshape(-1, self._dimension), offsets, self._closed())
+        if is_array and flat is not None and not np.shares_memory(made, flat):
+            flat[:] = made.reshape(-1)
+            made = flat.reshape(made.shape)
         if not return_t:
             return made
         t = split(self._fit.sample_parameters(how, float(value)), offsets)
         return made, [self._dated(one) for one in t]
+
+    def _as_array(self, how: str, value: int, coords: Floats, offsets: Offsets) -> Floats:
+        """Samples as one array: see :meth:`sample`."""
+        counts, lines = np.diff(offsets), coords.reshape(-1, self._dimension)
+        width = value if how in ("count", "points") else int(counts.max(initial=0))
+        if (counts == width).all():
+            return lines.reshape(len(self), width, self._dimension)
+        bad = np.isin(self._report["status"], ("degenerate", "invalid"))
+        if how == "per_span" and not bad.all():
+            width = int(counts[~bad].max())
+        made = np.full((len(self), width, self._dimension), np.nan)
+        rows = np.repeat(np.arange(len(self)), counts)
+        column = np.arange(len(lines)) - np.repeat(offsets[:-1], counts)
+        whole = (counts[rows] <= width) & ~(bad[rows] & (how not in ("spacing", "tolerance")))
+        made[rows[whole], column[whole]] = lines[whole]
+        if how not in ("spacing", "tolerance") and bad.any():
+            numbers = np.flatnonzero(bad)
+            first, last = self._ends
+            u = np.linspace(first[numbers], last[numbers], width, axis=1)
+            values = self._fit.select(numbers.tolist()).evaluate(u.reshape(-1), np.arange(len(numbers) + 1) * width, 0)
+            made[numbers] = values.reshape(-1, width, self._dimension)
+        return made
 
     def _dated(self, seconds: Floats, exact: bool = False) -> Any:
         return seconds if self._clock is None else self._clock.back(seconds, exact)
@@ -376,7 +452,7 @@ class Fit:
         TypeError
             For curves that are no cubic between two points, such as :class:`Fair` and :class:`Smooth` make.
         """
-        from scipy.interpolate import BPoly  # type: ignore[import-untyped]
+        from scipy.interpolate import BPoly
 
         knots = split(*self._fit.knots())
         made = []
@@ -391,8 +467,37 @@ class Fit:
     def __len__(self) -> int:
         return len(self._fit)
 
-    def __getitem__(self, which: int | slice | Sequence[int] | NDArray[Any]) -> Fit:
-        """The fit of some of the curves: a number, a slice, numbers or flags."""
+    @overload
+    def __getitem__(self: Fit[Floats], which: int | slice | Sequence[int] | NDArray[Any]) -> Fit[Floats]: ...  # type: ignore[overload-overlap]
+    @overload
+    def __getitem__(self: Fit[Pair], which: int | slice | Sequence[int] | NDArray[Any]) -> Fit[Pair]: ...  # type: ignore[overload-overlap]
+    @overload
+    def __getitem__(self, which: int | slice | Sequence[int] | NDArray[Any]) -> Fit[list[Floats]]: ...
+    def __getitem__(self, which: int | slice | Sequence[int] | NDArray[Any]) -> Fit[Any]:
+        """The fit of some of the curves.
+
+        Parameters
+        ----------
+        which : int, slice, numbers or flags
+            Curves, in the order of the result.
+
+        Returns
+        -------
+        Fit
+            Its samples are an array or a pair where the curves came as one, and else a list of arrays.
+
+        Raises
+        ------
+        IndexError
+            A number that no curve has.
+
+        Examples
+        --------
+        >>> import numpy as np, faircurve as fc
+        >>> fit = fc.Natural().fit(np.random.default_rng(0).normal(size=(100, 10, 2)))
+        >>> fit[3].sample(8).shape, fit[fit.status == "converged"].sample(8).shape
+        ((1, 8, 2), (100, 8, 2))
+        """
         if isinstance(which, (int, np.integer)):
             number = int(which) + (len(self) if which < 0 else 0)
             if not 0 <= number < len(self):
@@ -405,10 +510,10 @@ class Fit:
             numbers = np.arange(len(self))[flags if flags.size else flags.astype(np.int64)].tolist()
         curves = self._curves
         ends = [(int(curves.offsets[k]), int(curves.offsets[k + 1])) for k in numbers]
-        chosen = Ragged(
+        chosen: Ragged[Any] = Ragged(
             np.concatenate([curves.coords[a:b] for a, b in ends]) if ends else curves.coords[:0],
             offsets_of([b - a for a, b in ends]),
-            _list_back,
+            curves.back if curves.back in (_array_back, _pair_back) else _list_back,
             None if curves.closed is None else curves.closed[numbers],
             rows=None if curves.rows is None else curves.rows[numbers],
             index=curves.index,
@@ -426,7 +531,7 @@ class Fit:
                 recipe = (method, options)
         return Fit(self._fit.select(numbers), chosen, self._dimension, self._clock, recipe)
 
-    def __iter__(self) -> Iterator[Fit]:
+    def __iter__(self) -> Iterator[Fit[Any]]:
         return (self[k] for k in range(len(self)))
 
     def _closed(self) -> NDArray[np.bool_]:
@@ -495,23 +600,23 @@ def in_python(text: str) -> str:
 class _Selection:
     """Some curves of a fit, as its recipe."""
 
-    def __init__(self, whole: Fit, numbers: list[int]) -> None:
+    def __init__(self, whole: Fit[Any], numbers: list[int]) -> None:
         self.whole, self.numbers = whole, numbers
 
     def __getitem__(self, k: int) -> Any:
         return self.whole._recipe[k]
 
 
-def _selected_again(whole: Fit, numbers: list[int]) -> Fit:
+def _selected_again(whole: Fit[Any], numbers: list[int]) -> Fit[Any]:
     return whole[numbers]
 
 
-def _fitted_again(method: Any, curves: Ragged, options: dict[str, Any]) -> Fit:
-    fit: Fit = method.fit(curves, **options)
+def _fitted_again(method: Any, curves: Ragged[Any], options: dict[str, Any]) -> Fit[Any]:
+    fit: Fit[Any] = method.fit(curves, **options)
     return fit
 
 
-def warn_of_degrees(curves: Ragged, recipe: Any, what: str) -> None:
+def warn_of_degrees(curves: Ragged[Any], recipe: Any, what: str) -> None:
     """Warns, as GeoPandas does, where a length is one in degrees."""
     method = recipe[0] if recipe else None
     if curves.degrees and getattr(method, "surface", None) is None:

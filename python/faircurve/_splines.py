@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from . import _core
 from ._arrays import Floats, Offsets, floats, offsets_of, split
 
-Extrapolate = bool | Literal["periodic"]
+Extrapolate: TypeAlias = bool | Literal["periodic"]
 
 
 class PPolyBatch:
@@ -26,7 +26,7 @@ class PPolyBatch:
         self._pieces, self._flat, self._offsets = pieces, x, offsets
         self._inner, self._equal = inner, equal
         #: How values outside the knots are found, unless a call says so.
-        self.extrapolate = extrapolate
+        self.extrapolate: Extrapolate = extrapolate
 
     def __len__(self) -> int:
         return len(self._offsets) - 1
@@ -110,8 +110,7 @@ class PPolyBatch:
         return values.reshape(len(self), *np.shape(x), *self._inner)
 
     def _of(self, pieces: _core.Piecewise, nu: int) -> PPolyBatch:
-        keep: Extrapolate = self.extrapolate
-        made = PPolyBatch(pieces, self._flat, self._offsets, self._inner, self._equal, keep)
+        made = PPolyBatch(pieces, self._flat, self._offsets, self._inner, self._equal, self.extrapolate)
         made._made = (self, nu)
         return made
 
@@ -125,7 +124,8 @@ class PPolyBatch:
             return self.derivative(-nu)
         made = self._of(self._pieces.antiderivative(nu), -nu)
         # As in SciPy: an integral of something periodic is not.
-        made.extrapolate = False if self.extrapolate == "periodic" else self.extrapolate
+        if self.extrapolate == "periodic":
+            made.extrapolate = False
         return made
 
     def integrate(self, a: float, b: float, extrapolate: Extrapolate | None = None) -> Floats:

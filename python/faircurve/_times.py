@@ -91,7 +91,7 @@ def seconds_of(values: Any, what: str, clock: Clock | None = None) -> tuple[Floa
     return np.ascontiguousarray(seconds, np.float64), Clock(unit if steps == 1 else own_unit, zone, span, origin)
 
 
-def times(values: Any, curves: Ragged) -> tuple[Floats, Clock | None]:
+def times(values: Any, curves: Ragged[Any]) -> tuple[Floats, Clock | None]:
     """The parameters of all points, and their clock if they are dates."""
     clocks: list[Clock | None] = []
 

@@ -44,8 +44,33 @@ def test_samples_are_taken_by_number_by_span_by_length_and_by_spacing():
     steps = np.linalg.norm(np.diff(fit.sample(points=200), axis=1), axis=2)
     assert (steps.max(axis=1) < 1.2 * np.median(steps, axis=1)).all()
     spaced = fit.sample(spacing=0.1)
-    assert isinstance(spaced, list) and all(np.linalg.norm(np.diff(s, axis=0), axis=1).max() <= 0.1 for s in spaced)
+    assert isinstance(spaced, np.ndarray) and np.nanmax(np.linalg.norm(np.diff(spaced, axis=1), axis=2)) <= 0.1
+    listed = fc.Natural().fit(list(CURVES)).sample(spacing=0.1)
+    assert isinstance(listed, list) and all(np.array_equal(row[: len(own)], own) for row, own in zip(spaced, listed))
     assert np.allclose(np.linalg.norm(np.diff(fit.sample(points=20_000), axis=1), axis=2).sum(axis=1), fit.length, rtol=1e-4)
+    for by, other in (("parameter", "count"), ("length", "points"), ("span", "per_span")):
+        assert np.array_equal(fit.sample(7, by=by), fit.sample(**{other: 7}))
+    with pytest.raises(ValueError, match="by is 'arc'; parameter, length, span are possible"):
+        fit.sample(7, by="arc")
+    with pytest.raises(TypeError, match="by='length' needs a number of samples"):
+        fit.sample(by="length")
+
+
+@pytest.mark.parametrize("closed", [False, True, "some"])
+def test_an_array_comes_out_as_an_array_whatever_its_curves_are(closed):
+    curves = CURVES.copy()
+    curves[2, 1, 0], curves[3] = np.nan, 1.0
+    fit = fc.Natural().fit(curves, closed=np.arange(30) % 2 == 0 if closed == "some" else closed)
+    good = ~np.isin(fit.status, ["invalid", "degenerate"])
+    assert good.sum() == 28
+    for by, width in (("parameter", 9), ("length", 9), ("span", 9 * (6 if closed else 5) + (not closed))):
+        samples = fit.sample(9, by=by)
+        assert samples.shape == (30, width, 2) and (samples[3] == 1).all()
+        lists = fc.Natural().fit(list(curves), closed=np.arange(30) % 2 == 0 if closed == "some" else closed).sample(9, by=by)
+        assert all(np.array_equal(samples[i, : len(lists[i])], lists[i]) and np.isnan(samples[i, len(lists[i]) :]).all() for i in np.flatnonzero(good))
+        out = np.zeros(samples.shape)
+        assert np.shares_memory(fit.sample(9, by=by, out=out), out) and np.array_equal(out, samples, equal_nan=True)
+    assert fit.sample(spacing=0.5).shape[0] == 30 and fit[[2]].sample(4).shape == (1, 4, 2)
 
 
 def test_beziers_are_the_splines():
