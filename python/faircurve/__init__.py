@@ -16,6 +16,7 @@ from ._energy import Energy, attachment, bending, geodesic_bending, length, taut
 from ._fit import STATUSES, Fit, Status
 from ._formula import Expression, ExpressionVector, custom
 from ._methods import Fair, Geodesic, Method, Natural, Smooth, Smoothing
+from ._saved import load
 from ._splines import CubicSplineBatch, PPolyBatch
 from ._surfaces import HeightField, Mesh
 from ._tables import FairBatch, from_dataframe
@@ -50,6 +51,7 @@ __all__ = [
     "laplacian",
     "length",
     "linalg",
+    "load",
     "ragged",
     "scf",
     "tautness",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import warnings
 from collections.abc import Iterator, Sequence
+from os import PathLike
 from typing import Any, Generic, Literal, TypeAlias, get_args, overload
 
 import numpy as np
@@ -61,6 +62,34 @@ class Fit(Generic[ArrayT]):
         if "CPU" in self.device:
             options = {**options, "device": "cpu"}
         return _fitted_again, (method, self._curves, options)
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Writes the fit to a file that :func:`faircurve.load` reads: NPZ, with the points, what was given of them, and the method.
+
+        Labels of pandas are written by pyarrow.
+
+        Parameters
+        ----------
+        path : str or path
+            The file. One that exists is replaced.
+
+        Raises
+        ------
+        TypeError
+            For something that is neither numbers nor words nor a table, such as a surface of a program's own.
+
+        Examples
+        --------
+        >>> import os, tempfile, faircurve as fc
+        >>> fit = fc.Smoothing(lam=0.1).fit([[(0, 0), (1, 1), (2, 0)]], t=[[0, 1, 3]])
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     fit.save(os.path.join(folder, "curves.npz"))
+        ...     fc.load(os.path.join(folder, "curves.npz")).knots[0].tolist()
+        [0.0, 1.0, 3.0]
+        """
+        from . import _saved
+
+        _saved.save(self, path)
 
     def __copy__(self) -> Fit[ArrayT]:
         return self
