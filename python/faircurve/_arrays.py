@@ -179,6 +179,19 @@ def ragged(curves: Any) -> Ragged[Any]:
     )
 
 
+def chosen(which: Any, count: int) -> list[int]:
+    """The numbers of some of a count of curves: of one number, a slice, numbers or flags."""
+    if isinstance(which, (int, np.integer)):
+        if not -count <= which < count:
+            raise IndexError(f"there is no curve {which} of {count}")
+        return [int(which) % count]
+    if isinstance(which, slice):
+        return list(range(count))[which]
+    flags = np.asarray(which)
+    numbers: list[int] = np.arange(count)[flags if flags.size else flags.astype(np.int64)].tolist()
+    return numbers
+
+
 def _is_shapely(curves: Any) -> bool:
     first = curves
     if isinstance(curves, (list, tuple, np.ndarray)) and len(curves) > 0:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from . import _times
-from ._arrays import ArrayT, Floats, Offsets, Pair, Ragged, _array_back, _list_back, _pair_back, offsets_of, split
+from ._arrays import ArrayT, Floats, Offsets, Pair, Ragged, _array_back, _list_back, _pair_back, chosen, offsets_of, split
 from ._times import Clock
 
 
@@ -527,19 +527,10 @@ class Fit(Generic[ArrayT]):
         >>> fit[3].sample(8).shape, fit[fit.status == "converged"].sample(8).shape
         ((1, 8, 2), (100, 8, 2))
         """
-        if isinstance(which, (int, np.integer)):
-            number = int(which) + (len(self) if which < 0 else 0)
-            if not 0 <= number < len(self):
-                raise IndexError(f"there is no curve {which} of {len(self)}")
-            numbers = [number]
-        elif isinstance(which, slice):
-            numbers = list(range(len(self))[which])
-        else:
-            flags = np.asarray(which)
-            numbers = np.arange(len(self))[flags if flags.size else flags.astype(np.int64)].tolist()
+        numbers = chosen(which, len(self))
         curves = self._curves
         ends = [(int(curves.offsets[k]), int(curves.offsets[k + 1])) for k in numbers]
-        chosen: Ragged[Any] = Ragged(
+        some: Ragged[Any] = Ragged(
             np.concatenate([curves.coords[a:b] for a, b in ends]) if ends else curves.coords[:0],
             offsets_of([b - a for a, b in ends]),
             curves.back if curves.back in (_array_back, _pair_back) else _list_back,
@@ -558,7 +549,7 @@ class Fit(Generic[ArrayT]):
             # Nothing of the others takes part.
             if not any(isinstance(getattr(method, name, None), tuple) for name in ("max_curvature", "corridor")):
                 recipe = (method, options)
-        return Fit(self._fit.select(numbers), chosen, self._dimension, self._clock, recipe)
+        return Fit(self._fit.select(numbers), some, self._dimension, self._clock, recipe)
 
     def __iter__(self) -> Iterator[Fit[Any]]:
         return (self[k] for k in range(len(self)))
