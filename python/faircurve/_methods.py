@@ -20,6 +20,9 @@ from ._times import Clock
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
+#: How far apart ends are, as a part of a curve's size, that closed="auto" takes for one point.
+_SAME = 1e-12
+
 _PARAMETRISATIONS = ("auto", "chord", "centripetal", "uniform", "given")
 Parametrisation: TypeAlias = Literal["auto", "chord", "centripetal", "uniform", "given"]
 Precision: TypeAlias = Literal["auto", "f32", "f64"]
@@ -88,7 +91,24 @@ def _batch(curves: Ragged[Any], *, closed: Any, topology: bool | None = False, t
             given[name] = flags_per_point(values, curves, name).tolist()
         else:
             given[name] = per_point(values, curves, name)
-    return _core.Batch(curves.coords, curves.offsets, topology=bool(topology), **given), clock
+    coords = _met(curves) if "auto_closed" in given else curves.coords
+    return _core.Batch(coords, curves.offsets, topology=bool(topology), **given), clock
+
+
+def _met(curves: Ragged[Any]) -> Floats:
+    """The points, where ends that are nearly the same are the same: sin(2π) is not 0."""
+    some = np.flatnonzero(curves.counts > 3)
+    first, last = curves.offsets[some], curves.offsets[some + 1] - 1
+    gaps = np.abs(curves.coords[last] - curves.coords[first]).max(axis=1, initial=0.0)
+    near = np.flatnonzero((gaps > 0) & (gaps <= 1e-9 * np.abs(curves.coords[first]).max(axis=1, initial=1.0)))
+    if not near.size:
+        return curves.coords
+    coords = curves.coords.copy()
+    for k in near:
+        size = np.ptp(coords[first[k] : last[k]], axis=0).max()
+        if gaps[k] <= _SAME * size:
+            coords[last[k]] = coords[first[k]]
+    return coords
 
 
 def _recipe(method: Any, **options: Any) -> tuple[Any, dict[str, Any]]:
@@ -207,7 +227,8 @@ class Natural(Method):
             dates (``datetime64``, pandas with a zone or without, pyarrow), which are seconds for derivatives; by default the M of
             geometries that have it.
         closed : bool, "auto" or (B,) flags
-            Which curves are closed; "auto" closes those whose last point repeats their first. Geometries are read so.
+            Which curves are closed; "auto" closes those whose last point repeats their first, to 1e-12 of their size. Geometries are
+            read so.
         tangents : optional
             A vector a point (units of the input by those of t), NaN where there is none. At ends only.
         topology : bool, optional

@@ -58,7 +58,10 @@ class _Table:
                 raise TypeError(f'the parameters of the fit are not the times of column "{self.t}": leave t out, and take a method in time')
         if isinstance(times, (str, numbers.Number, np.timedelta64)) or hasattr(times, "total_seconds"):
             step, origin = _times.step_of(times, self.clock), 0 if self.clock is None else self.clock.origin
-            own = [_times.grid(k[0], k[-1], step, origin) if len(k) else np.zeros(0) for k in knots]
+            if (days := _times.days_of(times, self.clock)) and self.clock is not None:
+                own = [_times.midnights(k[0], k[-1], days, self.clock) if len(k) else np.zeros(0) for k in knots]
+            else:
+                own = [_times.grid(k[0], k[-1], step, origin) if len(k) else np.zeros(0) for k in knots]
         else:
             asked = np.sort(_times.parameters(times, self.clock, "times").reshape(-1))
             own = [asked[(asked >= k[0]) & (asked <= k[-1])] if len(k) else asked[:0] for k in knots]
@@ -69,7 +72,7 @@ class _Table:
         if self.by is not None:
             which = np.repeat(np.arange(len(counts)), counts)
             columns[self.by] = self.names.take(which) if hasattr(self.names, "take") else self.names.gather(which)
-        columns[self.t or "t"] = flat if self.clock is None else self.clock.back(flat)
+        columns[self.t or "t"] = flat if self.clock is None else self._dated(flat, self.clock)
         degrees = self.is_in_degrees()
         for axis, name in enumerate(self.coords):
             columns[name] = (places[:, axis] + 180) % 360 - 180 if degrees and axis == 0 else places[:, axis]
@@ -86,6 +89,15 @@ class _Table:
         import pandas as pd
 
         return pd.DataFrame(columns)
+
+    def _dated(self, seconds: Floats, clock: Clock) -> Any:
+        """Times as the table has them."""
+        if self.kind != "polars" or clock.zone is None:
+            return clock.back(seconds)
+        import polars
+
+        dates = clock.plain(seconds)
+        return polars.Series(dates.astype(f"M8[{'ns' if clock.unit in ('ns', 'ps', 'fs', 'as') else 'us'}]")).dt.replace_time_zone("UTC").dt.convert_time_zone(str(clock.zone))
 
     def of(self, tracks: list[int]) -> _Table:
         """Some of the tracks."""
@@ -174,9 +186,7 @@ def from_dataframe(table: Any, *, by: str | None = None, coords: Sequence[str] =
         raise ValueError(f'there is no column "{missing[0]}": the table has {", ".join(map(str, table.columns))}')
     n = len(table)
     labels, names = _labels(table, by, kind)
-    seconds, clock = (None, None) if t is None else _times.seconds_of(table[t] if kind != "polars" else table[t].to_numpy(), f'column "{t}"')
-    if kind == "polars" and clock is not None and getattr(table[t].dtype, "time_zone", None):
-        clock = replace(clock, zone=table[t].dtype.time_zone)
+    seconds, clock = (None, None) if t is None else _times.seconds_of(table[t], f'column "{t}"')
     order = np.lexsort((labels,) if seconds is None else (seconds, labels))
     order = order[labels[order] >= 0]
     counts = np.bincount(labels[order], minlength=len(names))

@@ -363,3 +363,17 @@ def test_curves_within_a_distance_of_their_polygon_stay_straight_and_keep_their_
         fc.Smoothing(within=1, tube=1).fit([house])
     with pytest.raises(ValueError, match="within goes by arc length"):
         fc.Smoothing(within=1, parametrisation="uniform").fit([house])
+
+
+def test_ends_that_rounding_parts_are_one_point():
+    angles = np.linspace(0, 2 * np.pi, 9)
+    ring = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    assert (ring[-1] != ring[0]).any()
+    exact = ring.copy()
+    exact[-1] = exact[0]
+    apart = ring.copy()
+    apart[-1, 1] = 1e-9
+    for scale in (1.0, 1e6, 1e-6):
+        fit = fc.Natural().fit([ring * scale, exact * scale, apart * scale], closed="auto")
+        assert [len(k) for k in fit.knots] == [9, 9, 9] and fit._closed().tolist() == [True, True, False]
+        assert np.array_equal(fit.sample(64)[0], fit.sample(64)[1])
