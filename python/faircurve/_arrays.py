@@ -224,6 +224,14 @@ def _list_back(coords: Floats, offsets: Offsets, closed: NDArray[np.bool_]) -> A
     return split(coords, offsets)
 
 
+def _numbers_back(coords: Floats, offsets: Offsets, closed: NDArray[np.bool_]) -> Any:
+    return _array_back(coords, offsets, closed)[..., 0]
+
+
+def _lists_of_numbers_back(coords: Floats, offsets: Offsets, closed: NDArray[np.bool_]) -> Any:
+    return split(coords[:, 0], offsets)
+
+
 def _of_pair(coords: Any, offsets: Any) -> Ragged[Any]:
     offsets = np.ascontiguousarray(offsets)
     if not np.issubdtype(offsets.dtype, np.integer):

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from . import _times
-from ._arrays import ArrayT, Floats, Offsets, Pair, Ragged, _array_back, _list_back, _pair_back, chosen, offsets_of, split
+from ._arrays import ArrayT, Floats, Offsets, Pair, Ragged, _array_back, _list_back, _lists_of_numbers_back, _numbers_back, _pair_back, chosen, offsets_of, split
 from ._times import Clock
 
 
@@ -47,8 +47,10 @@ class Fit(Generic[ArrayT]):
     A fit that was pickled is made again, from its points and its method.
     """
 
-    def __init__(self, fit: _core.Fit, curves: Ragged[ArrayT], dimension: int, clock: Clock | None = None, recipe: Any = None) -> None:
-        self._fit = fit
+    def __init__(self, fit: Any, curves: Ragged[ArrayT], dimension: int, clock: Clock | None = None, recipe: Any = None, *, plain: bool = False) -> None:
+        self._fit: _core.Fit = fit
+        #: The shape of a value: nothing where values are plain numbers.
+        self._inner: tuple[int, ...] = () if plain else (dimension,)
         self._curves = curves
         self._dimension = dimension
         self._clock = clock
@@ -226,7 +228,7 @@ class Fit(Generic[ArrayT]):
         if outside == "extrapolate":
             return self._extrapolated(*self._parameters(u), nu)
         flat, offsets, shape = self._within(*self._parameters(u), outside)
-        return self._shaped(self._fit.evaluate(flat, offsets, nu), shape, (self._dimension,))
+        return self._shaped(self._fit.evaluate(flat, offsets, nu), shape, self._inner)
 
     def _extrapolated(self, flat: Floats, offsets: Offsets | None, shape: Any, nu: int) -> Any:
         """Values where the cubics of the first and the last span go on: Taylor's series about the ends."""
@@ -244,7 +246,7 @@ class Fit(Generic[ArrayT]):
             terms = self._fit.evaluate(inside, places, k).reshape(values.shape) * factor
             values += np.where(beyond == 0, terms if k == nu else 0.0, terms * beyond ** (k - nu))
             factor /= k - nu + 1
-        return self._shaped(values.reshape(-1), places if isinstance(shape, np.ndarray) else shape, (self._dimension,))
+        return self._shaped(values.reshape(-1), places if isinstance(shape, np.ndarray) else shape, self._inner)
 
     def derivative(self, nu: int = 1) -> Derivative:
         """The derivatives by the parameter, as a function of it.
@@ -329,7 +331,7 @@ class Fit(Generic[ArrayT]):
         made = np.zeros((len(self), self._dimension))
         np.add.at(made, curve[spans], (values * weights[:, None] * width[..., None] / 2).sum(axis=(1, 2)))
         made[np.isin(self._report["status"], ("invalid",))] = np.nan
-        return np.where((ends[0] <= ends[1])[:, None], made, -made)
+        return np.where((ends[0] <= ends[1])[:, None], made, -made).reshape(len(self), *self._inner)
 
     @overload
     def curvature(self, u: Sequence[Sequence[Any]] | Sequence[NDArray[Any]]) -> list[Floats]: ...  # pyright: ignore[reportOverlappingOverload]
@@ -461,7 +463,7 @@ class Fit(Generic[ArrayT]):
         if how in ("spacing", "tolerance"):
             warn_of_degrees(self._curves, self._recipe, how)
         flat = None if out is None else _writable(out)
-        is_array = self._curves.back is _array_back
+        is_array = self._curves.back in (_array_back, _numbers_back)
         try:
             coords, offsets = self._fit.sample(how, float(value), flat)
         except ValueError:
@@ -475,6 +477,8 @@ class Fit(Generic[ArrayT]):
         if is_array and flat is not None and not np.shares_memory(made, flat):
             flat[:] = made.reshape(-1)
             made = flat.reshape(made.shape)
+        if is_array and not self._inner:
+            made = made[..., 0]
         if not return_t:
             return made
         t = split(self._fit.sample_parameters(how, float(value)), offsets)
@@ -660,7 +664,7 @@ class Fit(Generic[ArrayT]):
         some: Ragged[Any] = Ragged(
             np.concatenate([curves.coords[a:b] for a, b in ends]) if ends else curves.coords[:0],
             offsets_of([b - a for a, b in ends]),
-            curves.back if curves.back in (_array_back, _pair_back) else _list_back,
+            curves.back if curves.back in (_array_back, _pair_back, _numbers_back, _lists_of_numbers_back) else _list_back,
             None if curves.closed is None else curves.closed[numbers],
             rows=None if curves.rows is None else curves.rows[numbers],
             index=curves.index,
@@ -676,7 +680,7 @@ class Fit(Generic[ArrayT]):
             # Nothing of the others takes part.
             if not any(isinstance(getattr(method, name, None), tuple) for name in ("max_curvature", "corridor")):
                 recipe = (method, options)
-        return Fit(self._fit.select(numbers), some, self._dimension, self._clock, recipe)
+        return Fit(self._fit.select(numbers), some, self._dimension, self._clock, recipe, plain=not self._inner)
 
     def __iter__(self) -> Iterator[Fit[Any]]:
         return (self[k] for k in range(len(self)))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from . import _times
+from ._channels import fitted, values_of
 from ._arrays import ArrayT, Floats, Lines, Pair, Ragged, flags_per_point, floats, per_curve, per_point, ragged, vectors_per_point
 from ._energy import Energy, bending, energy_of, geodesic_bending, tautness
 from ._fit import Fit, warn_of_degrees
@@ -250,6 +251,8 @@ class Natural(Method):
         RuntimeError
             A GPU that was asked for and is not there.
         """
+        if (values := values_of(curves, t)) is not None:
+            return fitted(self, *values, {"t": t, "closed": closed, "tangents": tangents, "topology": topology, "device": device, "precision": precision})
         given = ragged(curves)
         _places(device, precision)
         shares = _shares(topology, given, closed) and self.surface is None
@@ -352,6 +355,8 @@ class Smoothing(Method):
         name, value = next((name, value) for name, value in amounts.items() if value is not None)
         corners = "none" if self.corners is None else str(self.corners)
         pin_ends = self.lam is None if self.pin_ends is None else self.pin_ends
+        if (values := values_of(curves, t)) is not None:
+            return fitted(self, *values, {"t": t, "closed": closed, "tangents": tangents, "weights": weights, "pinned": pinned, "topology": topology, "device": device, "precision": precision})
         given = ragged(curves)
         _places(device, precision)
         if name != "lam" and not isinstance(value, str):

@@ -131,7 +131,7 @@ def test_integrals_are_those_of_the_values(method, closed):
         own = np.unique(np.concatenate([[a[i], b[i]], np.linspace(*fit.knots[i][[0, -1]], 97), fit.knots[i]]))
         own = own[(own >= a[i]) & (own <= b[i])]
         expected = sum(integrate.fixed_quad(lambda u: fit[i](u)[0].T, p, q, n=5)[0] for p, q in zip(own[:-1], own[1:]))
-        assert np.abs(made[i] - expected).max() < (1e-5 if isinstance(method, fc.Fair) else 1e-7), np.abs(made[i] - expected).max()
+        assert np.abs(made[i] - expected).max() < (5e-5 if isinstance(method, fc.Fair) else 1e-7), np.abs(made[i] - expected).max()
     parts = fit.integrate(first, b) + fit.integrate(b, last)
     assert np.allclose(parts, whole, rtol=1e-5, atol=1e-5)
     with pytest.raises(ValueError, match="b is 1000000000.0, outside curve 0, which goes from 0.0 to"):
