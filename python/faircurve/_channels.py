@@ -42,7 +42,8 @@ def fitted(method: Any, values: Ragged[Any], plain: bool, options: dict[str, Any
         raise ValueError(f"{kind} with {unfit[0]} is of points of 2 or 3 coordinates, and values have {width}: fit Natural() or Smoothing(lam=0.1), which are linear")
     if options.get("closed") is not None and np.any(np.asarray(options["closed"]) != False):  # noqa: E712
         raise ValueError(f"closed is of points of 2 or 3 coordinates, and values have {width}: CubicSplineBatch(t, values, 'periodic') takes them")
-    t, clock = (_parameters(method, values), None) if options.get("t") is None else _times.times(options["t"], values)
+    is_own = options.get("t") is None or method.parametrisation not in ("auto", "given")
+    t, clock = (_parameters(method, values), None) if is_own else _times.times(options["t"], values)
     tangents = None if options.get("tangents") is None else vectors_per_point(options["tangents"], values, "tangents")
     others = {name: value for name, value in options.items() if name not in ("t", "tangents", "closed", "topology") and value is not None}
     if "weights" in others:
@@ -54,7 +55,7 @@ def fitted(method: Any, values: Ragged[Any], plain: bool, options: dict[str, Any
         if tangents is not None:
             slopes = np.column_stack([np.where(np.isnan(tangents[:, k]), np.nan, 1.0), tangents[:, k : k + 2]])
             others["tangents"] = split(slopes, values.offsets)
-        fits.append(method.fit(points, **others)._fit)
+        fits.append(replace(method, parametrisation="given").fit(points, **others)._fit)
     recipe = (method, {name: value for name, value in options.items() if value is not None})
     return Fit(_Joined(fits, values, t), values, width, clock, recipe, plain=plain)
 
