@@ -49,13 +49,16 @@ PYTHON
 quietly "$tools/bin/pip" install --disable-pip-version-check --force-reinstall --no-deps "$work"/wheels/*.whl
 # The tests from a folder of their own, so that the package that was installed is what they import.
 mkdir "$work/run"
-cp -r tests pyproject.toml README.md "$work/run"
+cp -r tests examples pyproject.toml README.md "$work/run"
 (
   cd "$work/run"
   export PYTHONDONTWRITEBYTECODE=1
   package=$("$tools/bin/python" -c 'import faircurve; print(faircurve.__path__[0])')
   "$tools/bin/python" -m pytest --quiet tests README.md "$package"
   "$tools/bin/mypy" --config-file pyproject.toml -p faircurve
+  "$tools/bin/mypy" --config-file pyproject.toml tests/test_types.py examples
+  "$tools/bin/pyright" --pythonpath "$tools/bin/python" tests/test_types.py examples "$package"
+  "$tools/bin/pyright" --pythonpath "$tools/bin/python" --ignoreexternal --verifytypes faircurve | tail -n 3
   "$tools/bin/python" -m mypy.stubtest faircurve._core --mypy-config-file pyproject.toml
 )
 for example in examples/*.py; do

@@ -10,6 +10,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import nibabel as nib
 import numpy as np
+from nibabel.streamlines.tractogram import Tractogram
 
 import faircurve as fc
 
@@ -23,7 +24,7 @@ print(f"lengths of {fit.length.min():.0f} to {fit.length.max():.0f} mm, radii of
 
 with tempfile.TemporaryDirectory() as folder:
     path = Path(folder) / "smooth.trk"
-    nib.streamlines.save(nib.streamlines.Tractogram(smooth, affine_to_rasmm=np.eye(4)), path, header=tracts.header)
+    nib.streamlines.save(Tractogram(smooth, affine_to_rasmm=np.eye(4)), path, header=tracts.header)
     again = nib.streamlines.load(path).streamlines
     print(f"{len(again)} streamlines of {len(again[0])} points are read back")
 

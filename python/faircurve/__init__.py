@@ -13,10 +13,11 @@ from . import bezier, laplacian, linalg, scf
 from ._arrays import Ragged, ragged
 from ._core import __version__, adapters
 from ._energy import Energy, attachment, bending, geodesic_bending, length, tautness, tension, torsion, variation
-from ._fit import Fit
+from ._fit import STATUSES, Fit, Status
 from ._formula import Expression, ExpressionVector, custom
-from ._methods import Fair, Geodesic, Natural, Smooth, Smoothing
+from ._methods import Fair, Geodesic, Method, Natural, Smooth, Smoothing
 from ._running import num_threads, progress, set_num_threads
+from ._saved import load
 from ._splines import CubicSplineBatch, PPolyBatch
 from ._surfaces import HeightField, Mesh
 from ._tables import FairBatch, from_dataframe
@@ -32,11 +33,14 @@ __all__ = [
     "Geodesic",
     "HeightField",
     "Mesh",
+    "Method",
     "Natural",
     "PPolyBatch",
     "Ragged",
+    "STATUSES",
     "Smooth",
     "Smoothing",
+    "Status",
     "__version__",
     "adapters",
     "attachment",
@@ -48,6 +52,7 @@ __all__ = [
     "laplacian",
     "length",
     "linalg",
+    "load",
     "num_threads",
     "progress",
     "ragged",

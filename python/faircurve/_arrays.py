@@ -9,7 +9,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Generic, TypeAlias, TypeVar, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +17,17 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Offsets = NDArray[np.int64]
 
-#: Makes what was brought from coordinates, offsets and which curves are closed.
-Back = Callable[[Floats, Offsets, NDArray[np.bool_]], Any]
+#: Curves as lists of points.
+Lines: TypeAlias = Sequence[NDArray[Any]] | Sequence[Sequence[Sequence[float]]] | Sequence[Sequence[NDArray[Any]]]
+
+#: The kind of thing that samples come out as: the one that the curves came in as.
+ArrayT = TypeVar("ArrayT")
+
+Pair: TypeAlias = tuple[Floats, Offsets]
 
 
 @dataclass(frozen=True)
-class Ragged:
+class Ragged(Generic[ArrayT]):
     """Curves of any lengths.
 
     Attributes
@@ -49,7 +54,8 @@ class Ragged:
 
     coords: Floats
     offsets: Offsets
-    back: Back
+    #: Makes what was brought from coordinates, offsets and which curves are closed.
+    back: Callable[[Floats, Offsets, NDArray[np.bool_]], ArrayT]
     closed: NDArray[np.bool_] | None = None
     rows: NDArray[np.int64] | None = None
     index: Any = None
@@ -117,7 +123,17 @@ def split(coords: NDArray[Any], offsets: Offsets) -> list[NDArray[Any]]:
     return [coords[a:b] for a, b in zip(offsets[:-1].tolist(), offsets[1:].tolist())]
 
 
-def ragged(curves: Any) -> Ragged:
+@overload
+def ragged(curves: NDArray[Any]) -> Ragged[Floats]: ...
+@overload
+def ragged(curves: tuple[NDArray[Any], NDArray[Any]]) -> Ragged[Pair]: ...  # type: ignore[overload-overlap]
+@overload
+def ragged(curves: Ragged[ArrayT]) -> Ragged[ArrayT]: ...
+@overload
+def ragged(curves: Lines) -> Ragged[list[Floats]]: ...
+@overload
+def ragged(curves: ArrayT) -> Ragged[ArrayT]: ...
+def ragged(curves: Any) -> Ragged[Any]:
     """Any batch of curves as coordinates and offsets.
 
     Parameters
@@ -166,6 +182,19 @@ def ragged(curves: Any) -> Ragged:
     )
 
 
+def chosen(which: Any, count: int) -> list[int]:
+    """The numbers of some of a count of curves: of one number, a slice, numbers or flags."""
+    if isinstance(which, (int, np.integer)):
+        if not -count <= which < count:
+            raise IndexError(f"there is no curve {which} of {count}")
+        return [int(which) % count]
+    if isinstance(which, slice):
+        return list(range(count))[which]
+    flags = np.asarray(which)
+    numbers: list[int] = np.arange(count)[flags if flags.size else flags.astype(np.int64)].tolist()
+    return numbers
+
+
 def _is_shapely(curves: Any) -> bool:
     first = curves
     if isinstance(curves, (list, tuple, np.ndarray)) and len(curves) > 0:
@@ -173,7 +202,7 @@ def _is_shapely(curves: Any) -> bool:
     return type(first).__module__.partition(".")[0] == "shapely"
 
 
-def _of_array(array: NDArray[Any]) -> Ragged:
+def _of_array(array: NDArray[Any]) -> Ragged[Any]:
     if array.ndim != 3:
         remedy = "; one curve of shape (n, d) is curves[None]" if array.ndim == 2 else ""
         raise ValueError(f"an array of curves has the shape (B, n, d), not {array.shape}{remedy}")
@@ -198,7 +227,15 @@ def _list_back(coords: Floats, offsets: Offsets, closed: NDArray[np.bool_]) -> A
     return split(coords, offsets)
 
 
-def _of_pair(coords: Any, offsets: Any) -> Ragged:
+def _numbers_back(coords: Floats, offsets: Offsets, closed: NDArray[np.bool_]) -> Any:
+    return _array_back(coords, offsets, closed)[..., 0]
+
+
+def _lists_of_numbers_back(coords: Floats, offsets: Offsets, closed: NDArray[np.bool_]) -> Any:
+    return split(coords[:, 0], offsets)
+
+
+def _of_pair(coords: Any, offsets: Any) -> Ragged[Any]:
     offsets = np.ascontiguousarray(offsets)
     if not np.issubdtype(offsets.dtype, np.integer):
         raise TypeError(f"offsets are whole numbers, not {offsets.dtype}")
@@ -206,7 +243,7 @@ def _of_pair(coords: Any, offsets: Any) -> Ragged:
     return Ragged(points, offsets.astype(np.int64, copy=False), _pair_back, flat=True)
 
 
-def _of_list(curves: Sequence[Any] | NDArray[Any]) -> Ragged:
+def _of_list(curves: Sequence[Any] | NDArray[Any]) -> Ragged[Any]:
     arrays = [floats(curve, f"the points of curve {i}") for i, curve in enumerate(curves)]
     dimensions = {array.shape[1] for array in arrays if array.ndim == 2 and array.size > 0}
     dimension = dimensions.pop() if dimensions else 2
@@ -219,7 +256,7 @@ def _of_list(curves: Sequence[Any] | NDArray[Any]) -> Ragged:
     return Ragged(coords, offsets_of([len(array) for array in arrays]), _list_back)
 
 
-def _of_awkward(curves: Any) -> Ragged:
+def _of_awkward(curves: Any) -> Ragged[Any]:
     import awkward as ak
 
     counts = ak.to_numpy(ak.num(curves, axis=1))
@@ -235,7 +272,7 @@ def _awkward_back(coords: Floats, offsets: Offsets, closed: NDArray[np.bool_]) -
 
 
 def _sequence_back(coords: Floats, offsets: Offsets, closed: NDArray[np.bool_]) -> Any:
-    from nibabel.streamlines import ArraySequence
+    from nibabel.streamlines.array_sequence import ArraySequence
 
     sequence = ArraySequence()
     sequence._data = coords
@@ -243,7 +280,7 @@ def _sequence_back(coords: Floats, offsets: Offsets, closed: NDArray[np.bool_]) 
     return sequence
 
 
-def _of_sequence(curves: Any) -> Ragged:
+def _of_sequence(curves: Any) -> Ragged[Any]:
     begins, counts = np.asarray(curves._offsets, np.int64), np.asarray(curves._lengths, np.int64)
     data = curves._data
     offsets = offsets_of(counts)
@@ -254,7 +291,7 @@ def _of_sequence(curves: Any) -> Ragged:
     return Ragged(floats(data, "coordinates"), offsets, _sequence_back)
 
 
-def per_point(values: Any, curves: Ragged, what: str, converted: Callable[[Any, str], Floats] = floats) -> Floats:
+def per_point(values: Any, curves: Ragged[Any], what: str, converted: Callable[[Any, str], Floats] = floats) -> Floats:
     """A number for every point: one list per curve, shaped as the curves are; or one list for curves of equal length.
 
     Parameters
@@ -307,7 +344,7 @@ def _lists_of(values: Any, what: str, module: str, converted: Callable[[Any, str
         return converted(flat, what).reshape(-1), counts
     import awkward as ak
 
-    return converted(ak.to_numpy(ak.flatten(values, axis=None)), what).reshape(-1), ak.to_numpy(ak.num(values, axis=1))
+    return converted(ak.to_numpy(ak.ravel(values)), what).reshape(-1), ak.to_numpy(ak.num(values, axis=1))
 
 
 def _several(counts: NDArray[Any]) -> str:
@@ -325,7 +362,7 @@ def _expect_counts(own: NDArray[Any], counts: NDArray[Any], what: str) -> None:
         raise ValueError(f"{what} has {own[i]} numbers for the {counts[i]} points of curve {i}: give one per point")
 
 
-def vectors_per_point(values: Any, curves: Ragged, what: str) -> Floats:
+def vectors_per_point(values: Any, curves: Ragged[Any], what: str) -> Floats:
     """A vector for every point; rows of NaN have none."""
     if isinstance(values, np.ndarray) and values.ndim == 2:
         coords = floats(values, what)
@@ -347,13 +384,13 @@ def flags(values: Any, what: str) -> NDArray[np.bool_]:
     return array.astype(bool)
 
 
-def flags_per_point(values: Any, curves: Ragged, what: str) -> NDArray[np.bool_]:
+def flags_per_point(values: Any, curves: Ragged[Any], what: str) -> NDArray[np.bool_]:
     """A flag for every point."""
     converted = lambda one, what: flags(one, what).astype(np.float64)  # noqa: E731
     return per_point(values, curves, what, converted).astype(bool)
 
 
-def per_curve(values: Any, curves: Ragged, what: str) -> NDArray[np.bool_]:
+def per_curve(values: Any, curves: Ragged[Any], what: str) -> NDArray[np.bool_]:
     """A flag for every curve, from one for all or one for each."""
     own = flags(values, what)
     if own.ndim == 0:

@@ -62,7 +62,7 @@ def _fields(names: list[str]) -> list[int]:
     return [own[0] for own in found if own]
 
 
-def ragged(curves: Any) -> Ragged:
+def ragged(curves: Any) -> Ragged[Any]:
     """The points of lists of points."""
     given = _array(curves)
     if not isinstance(given, pa.Array):
@@ -103,14 +103,21 @@ def _back(
     names: list[str], fields: list[int], kind: Any, type_of_lists: Any, nulls: Any, coords: Floats, offsets: Offsets, closed: Any
 ) -> Any:
     if names:
-        columns = [pa.array(np.ascontiguousarray(coords[:, k])) for k in range(len(fields))]
-        points = pa.StructArray.from_arrays([columns[fields.index(k)] for k in range(len(names))], names=names)
+        order = [fields.index(k) for k in range(len(names))]
+        columns = [_numbers(coords[:, k], kind.field(names[i]).type) for i, k in enumerate(order)]
+        points = pa.StructArray.from_arrays(columns, names=names)
     elif _is_list(kind):
         ends = np.arange(len(coords) + 1, dtype=np.int64) * coords.shape[1]
-        points = _lists_of(pa.array(coords.reshape(-1)), ends, kind)
+        points = _lists_of(_numbers(coords.reshape(-1), kind.value_type), ends, kind)
     else:
-        points = pa.FixedSizeListArray.from_arrays(pa.array(coords.reshape(-1)), coords.shape[1])
+        points = pa.FixedSizeListArray.from_arrays(_numbers(coords.reshape(-1), kind.value_type), coords.shape[1])
     return _lists_of(points, offsets, type_of_lists, nulls)
+
+
+def _numbers(values: Any, kind: Any) -> Any:
+    """Coordinates, with 32 or 16 bits where the points had as many."""
+    is_short = pa.types.is_float32(kind) or pa.types.is_float16(kind)
+    return pa.array(np.ascontiguousarray(values, kind.to_pandas_dtype() if is_short else np.float64))
 
 
 def _common_width(widths: Any, offsets: Offsets) -> int:

@@ -5,22 +5,34 @@ from __future__ import annotations
 import functools
 import warnings
 from collections.abc import Iterator, Sequence
-from typing import Any, Literal
+from os import PathLike
+from typing import Any, Generic, Literal, TypeAlias, get_args, overload
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from . import _core
 from . import _times
-from ._arrays import Floats, Offsets, Ragged, _list_back, offsets_of, split
+from ._arrays import ArrayT, Floats, Offsets, Pair, Ragged, _array_back, _list_back, _lists_of_numbers_back, _numbers_back, _pair_back, chosen, offsets_of, split
 from ._times import Clock
 
 
 #: The most curves of the picture in a notebook.
 PICTURED = 500
 
+Status: TypeAlias = Literal["converged", "not_converged", "unbounded", "no_minimiser", "not_unique", "infeasible", "degenerate", "invalid"]
 
-class Fit:
+By: TypeAlias = Literal["parameter", "length", "span"]
+Outside: TypeAlias = Literal["ends", "nan", "periodic", "raise", "extrapolate"]
+
+#: The words of ``Fit.status``.
+STATUSES: tuple[Status, ...] = get_args(Status)
+
+#: How samples are counted, by the word of ``by``.
+_BY = {"parameter": "count", "length": "points", "span": "per_span"}
+
+
+class Fit(Generic[ArrayT]):
     """Fitted curves, as many as were given, in their order.
 
     A curve that cannot be fitted has a status and a message, and its values are those of its input as a polyline.
@@ -35,8 +47,10 @@ class Fit:
     A fit that was pickled is made again, from its points and its method.
     """
 
-    def __init__(self, fit: _core.Fit, curves: Ragged, dimension: int, clock: Clock | None = None, recipe: Any = None) -> None:
-        self._fit = fit
+    def __init__(self, fit: Any, curves: Ragged[ArrayT], dimension: int, clock: Clock | None = None, recipe: Any = None, *, plain: bool = False) -> None:
+        self._fit: _core.Fit = fit
+        #: The shape of a value: nothing where values are plain numbers.
+        self._inner: tuple[int, ...] = () if plain else (dimension,)
         self._curves = curves
         self._dimension = dimension
         self._clock = clock
@@ -51,10 +65,38 @@ class Fit:
             options = {**options, "device": "cpu"}
         return _fitted_again, (method, self._curves, options)
 
-    def __copy__(self) -> Fit:
+    def save(self, path: str | PathLike[str]) -> None:
+        """Writes the fit to a file that :func:`faircurve.load` reads: NPZ, with the points, what was given of them, and the method.
+
+        Labels of pandas are written by pyarrow.
+
+        Parameters
+        ----------
+        path : str or path
+            The file. One that exists is replaced.
+
+        Raises
+        ------
+        TypeError
+            For something that is neither numbers nor words nor a table, such as a surface of a program's own.
+
+        Examples
+        --------
+        >>> import os, tempfile, faircurve as fc
+        >>> fit = fc.Smoothing(lam=0.1).fit([[(0, 0), (1, 1), (2, 0)]], t=[[0, 1, 3]])
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     fit.save(os.path.join(folder, "curves.npz"))
+        ...     fc.load(os.path.join(folder, "curves.npz")).knots[0].tolist()
+        [0.0, 1.0, 3.0]
+        """
+        from . import _saved
+
+        _saved.save(self, path)
+
+    def __copy__(self) -> Fit[ArrayT]:
         return self
 
-    def __deepcopy__(self, memo: Any) -> Fit:
+    def __deepcopy__(self, memo: Any) -> Fit[ArrayT]:
         # Nothing of it changes.
         return self
 
@@ -98,7 +140,7 @@ class Fit:
         """
         return {name: self._of_curves(values.copy()) for name, values in self._report.items()}
 
-    def to_frame(self, per: str = "row") -> Any:
+    def to_frame(self, per: Literal["row", "curve"] = "row") -> Any:
         """A data frame of the report, lengths and largest curvatures.
 
         Parameters
@@ -151,7 +193,11 @@ class Fit:
 
     # --- values ---
 
-    def __call__(self, u: Any, nu: int = 0, outside: Literal["ends", "nan", "periodic", "raise"] | None = None) -> Any:
+    @overload
+    def __call__(self, u: Sequence[Sequence[Any]] | Sequence[NDArray[Any]], nu: int = 0, outside: Outside | None = None) -> list[Floats]: ...  # pyright: ignore[reportOverlappingOverload]
+    @overload
+    def __call__(self, u: Any, nu: int = 0, outside: Outside | None = None) -> Floats: ...
+    def __call__(self, u: Any, nu: int = 0, outside: Outside | None = None) -> Any:
         """Points of the curves at parameters, or derivatives.
 
         Parameters
@@ -160,8 +206,9 @@ class Fit:
             Parameters, the same for all curves or each curve's own: numbers, or dates of any unit where ``t`` was dates.
         nu : int
             Order of the derivative by the parameter, for dates by seconds.
-        outside : {"ends", "nan", "periodic", "raise"}, optional
-            What is beyond a curve's ends: its ends, NaN, or an error. By default the ends; closed curves are periodic, and no other.
+        outside : {"ends", "nan", "periodic", "raise", "extrapolate"}, optional
+            What is beyond a curve's ends: its ends, NaN, an error, or the cubic of a spline's last span, as in SciPy. By default
+            the ends; closed curves are periodic, and no other.
 
         Returns
         -------
@@ -178,9 +225,118 @@ class Fit:
         """
         if nu < 0:
             raise ValueError(f"nu is {nu}; orders of derivatives are 0 or more")
+        if outside == "extrapolate":
+            return self._extrapolated(*self._parameters(u), nu)
         flat, offsets, shape = self._within(*self._parameters(u), outside)
-        return self._shaped(self._fit.evaluate(flat, offsets, nu), shape, (self._dimension,))
+        return self._shaped(self._fit.evaluate(flat, offsets, nu), shape, self._inner)
 
+    def _extrapolated(self, flat: Floats, offsets: Offsets | None, shape: Any, nu: int) -> Any:
+        """Values where the cubics of the first and the last span go on: Taylor's series about the ends."""
+        method = self._recipe[0]
+        if type(method).__name__ not in ("Natural", "Smoothing") or method.surface is not None:
+            raise TypeError(f"extrapolate is of splines, and curves of {type(method).__name__} end where their points end: take outside='nan'")
+        flat, offsets, shape = self._within(flat, offsets, shape, None) if self._closed().any() else (flat, offsets, shape)
+        counts = np.full(len(self), flat.size) if offsets is None else np.diff(offsets)
+        own = np.tile(flat, len(self)) if offsets is None else flat
+        first, last = (np.repeat(ends, counts) for ends in self._ends)
+        inside = np.where(self._closed()[np.repeat(np.arange(len(self)), counts)], own, np.clip(own, first, last))
+        beyond, places, factor = (own - inside)[:, None], offsets_of(counts), 1.0
+        values = np.zeros((len(own), self._dimension))
+        for k in range(nu, 4):
+            terms = self._fit.evaluate(inside, places, k).reshape(values.shape) * factor
+            values += np.where(beyond == 0, terms if k == nu else 0.0, terms * beyond ** (k - nu))
+            factor /= k - nu + 1
+        return self._shaped(values.reshape(-1), places if isinstance(shape, np.ndarray) else shape, self._inner)
+
+    def derivative(self, nu: int = 1) -> Derivative:
+        """The derivatives by the parameter, as a function of it.
+
+        Parameters
+        ----------
+        nu : int
+            The order, 1 by default.
+
+        Returns
+        -------
+        Derivative
+            Called as a fit is: ``fit.derivative()(u)`` is ``fit(u, nu=1)``.
+
+        Raises
+        ------
+        ValueError
+            An order below 0.
+
+        Examples
+        --------
+        >>> import faircurve as fc
+        >>> slope = fc.Natural().fit([[(0, 0), (1, 1), (2, 0)]], t=[[0, 1, 2]]).derivative()
+        >>> slope(1)[0].tolist(), slope.derivative()(1)[0].tolist()
+        ([1.0, 0.0], [0.0, -3.0])
+        """
+        if nu < 0:
+            raise ValueError(f"nu is {nu}; orders of derivatives are 0 or more, and integrate has integrals")
+        return Derivative(self, nu)
+
+    def integrate(self, a: Any = None, b: Any = None) -> Floats:
+        """∫ p dt from ``a`` to ``b`` for every curve: exact for splines, to about 1e-6 of a curve's size for others.
+
+        Parameters
+        ----------
+        a, b : float, date, or (B,) array, optional
+            Parameters, for all curves or for each. By default the ends of each curve.
+
+        Returns
+        -------
+        (B, d) array
+            Units of the input times those of the parameter, for dates seconds. NaN where a curve is invalid.
+
+        Raises
+        ------
+        ValueError
+            Parameters beyond a curve's ends, or for another number of curves.
+
+        Examples
+        --------
+        >>> import faircurve as fc
+        >>> fit = fc.Natural().fit([[(0, 0), (1, 1), (2, 0)]], t=[[0, 1, 2]])
+        >>> fit.integrate()[0].tolist(), fit.integrate(0, 1)[0].tolist()
+        ([2.0, 1.25], [0.5, 0.625])
+        """
+        t, offsets = self._fit.knots()
+        ends = []
+        for name, given, default in (("a", a, self._ends[0]), ("b", b, self._ends[1])):
+            own = default if given is None else _times.parameters(given, self._clock, name)
+            if own.size not in (1, len(self)):
+                raise ValueError(f"{name} has {own.size} parameters for {len(self)} curves: give one, or one per curve")
+            ends.append(np.broadcast_to(own.reshape(-1), len(self)))
+            out = (ends[-1] < self._ends[0]) | (ends[-1] > self._ends[1])
+            if out.any():
+                k = int(np.argmax(out))
+                asked, first, last = self._dated(np.array([ends[-1][k], self._ends[0][k], self._ends[1][k]]))
+                raise ValueError(f"{name} is {asked}, outside curve {k}, which goes from {first} to {last}")
+        low, high = np.minimum(*ends), np.maximum(*ends)
+        method = self._recipe[0]
+        is_cubic = type(method).__name__ in ("Natural", "Smoothing") and method.surface is None
+        parts = 1 if is_cubic else getattr(method, "per_span", 16)
+        nodes, weights = np.polynomial.legendre.leggauss(2 if is_cubic else 4)
+        curve = np.repeat(np.arange(len(self)), np.diff(offsets))
+        spans = np.flatnonzero(curve[:-1] == curve[1:])
+        # Vertices of fair curves part their spans evenly.
+        marks = t[spans, None] + np.diff(t)[spans, None] * np.linspace(0, 1, parts + 1)
+        clipped = np.clip(marks, low[curve[spans], None], high[curve[spans], None])
+        start, width = clipped[:, :-1, None], np.diff(clipped)[:, :, None]
+        places = start + width * (nodes + 1) / 2
+        counts = np.bincount(curve[spans], minlength=len(self)) * parts * len(nodes)
+        values = self._fit.evaluate(places.reshape(-1), offsets_of(counts), 0).reshape(len(spans), parts, len(nodes), self._dimension)
+        made = np.zeros((len(self), self._dimension))
+        np.add.at(made, curve[spans], (values * weights[:, None] * width[..., None] / 2).sum(axis=(1, 2)))
+        made[np.isin(self._report["status"], ("invalid",))] = np.nan
+        return np.where((ends[0] <= ends[1])[:, None], made, -made).reshape(len(self), *self._inner)
+
+    @overload
+    def curvature(self, u: Sequence[Sequence[Any]] | Sequence[NDArray[Any]]) -> list[Floats]: ...  # pyright: ignore[reportOverlappingOverload]
+    @overload
+    def curvature(self, u: Any) -> Floats: ...
     def curvature(self, u: Any) -> Any:
         """Curvatures (1/length) at parameters; in the plane positive to the left. Shapes are those of a call, without d."""
         flat, offsets, shape = self._within(*self._parameters(u), None)
@@ -196,7 +352,7 @@ class Fit:
     def _within(self, flat: Floats, offsets: Offsets | None, shape: Any, outside: str | None) -> tuple[Floats, Offsets | None, Any]:
         """Parameters of which those beyond the ends are as asked for."""
         if outside not in (None, "ends", "nan", "periodic", "raise"):
-            raise ValueError(f"outside is {outside!r}; ends, nan, periodic, raise are possible")
+            raise ValueError(f"outside is {outside!r}; ends, nan, periodic, raise, extrapolate are possible")
         first, last = self._ends
         closed = self._closed()
         if outside == "ends" or len(self) == 0 or flat.size == 0 or outside is None and not closed.any():
@@ -241,21 +397,28 @@ class Fit:
             shape = (shape[0], values.size // max(1, shape[0] * int(np.prod(inner))))
         return values.reshape(*shape, *inner)
 
-    def sample(self, count: int | None = None, *, per_span: int | None = None, points: int | None = None, spacing: float | None = None, tolerance: float | None = None, out: Floats | None = None, return_t: bool = False) -> Any:
+    @overload
+    def sample(self, count: int | None = None, *, by: By = "parameter", per_span: int | None = None, points: int | None = None, spacing: float | None = None, tolerance: float | None = None, out: Floats | None = None, return_t: Literal[False] = False) -> ArrayT: ...
+    @overload
+    def sample(self, count: int | None = None, *, by: By = "parameter", per_span: int | None = None, points: int | None = None, spacing: float | None = None, tolerance: float | None = None, out: Floats | None = None, return_t: Literal[True]) -> tuple[ArrayT, list[Any]]: ...
+    def sample(self, count: int | None = None, *, by: By = "parameter", per_span: int | None = None, points: int | None = None, spacing: float | None = None, tolerance: float | None = None, out: Floats | None = None, return_t: bool = False) -> Any:
         """Points along the curves, as the kind of thing that was fitted.
 
         Parameters
         ----------
         count : int
-            So many samples of each curve, evenly in the parameter.
+            Number of samples of each curve, or of segments of each span where ``by`` is "span".
+        by : {"parameter", "length", "span"}
+            Whether ``count`` samples are taken evenly in the parameter or at equal arc lengths, or are ``count`` segments between
+            two data points.
         per_span : int
-            So many segments between data points. The default, with 16.
+            Number of segments between data points. The default, with 16. The same as ``by="span"``.
         points : int
-            So many samples of each curve at equal arc lengths.
+            Number of samples of each curve at equal arc lengths. The same as ``by="length"``.
         spacing : float
-            Samples at equal arc lengths, at most this far apart.
+            Samples at equal arc lengths, at most this far apart (units of the input).
         tolerance : float
-            As few samples as keep within this distance of the curve, and the curve within it of them.
+            As few samples as keep within this distance of the curve, and the curve within it of them (units of the input).
         out : array
             Memory for the samples, C-contiguous float64 of any shape with as many numbers. Memory that is kept saves most
             of the time that new memory takes.
@@ -265,9 +428,28 @@ class Fit:
         Returns
         -------
         What came in, arrays over the memory of `out` if it is given: an array (B, m, d), a list of arrays, a GeoSeries, a pyarrow array, …
-        A closed curve has every sample once; rings of shapely repeat the first at their end.
+        A closed curve has every sample once; rings of shapely repeat the first at their end. An array has a row for each
+        curve: rows with fewer samples than others end with NaN, and a curve that has no fit has as many samples of its polyline.
+
+        Raises
+        ------
+        TypeError
+            More than one way to take samples, or an amount that is no number.
+        ValueError
+            An amount that is not positive or not whole, or memory of another size.
+
+        Examples
+        --------
+        >>> import numpy as np, faircurve as fc
+        >>> fit = fc.Natural().fit(np.random.default_rng(0).normal(size=(100, 10, 2)))
+        >>> fit.sample(80).shape, fit.sample(80, by="length").shape, fit.sample(8, by="span").shape
+        ((100, 80, 2), (100, 80, 2), (100, 73, 2))
         """
-        given = [("count", count), ("per_span", per_span), ("points", points), ("spacing", spacing), ("tolerance", tolerance)]
+        if by not in _BY:
+            raise ValueError(f"by is {by!r}; {', '.join(_BY)} are possible")
+        if by != "parameter" and count is None:
+            raise TypeError(f"by={by!r} needs a number of samples, as in sample(64, by={by!r})")
+        given = [(_BY[by], count), ("per_span", per_span), ("points", points), ("spacing", spacing), ("tolerance", tolerance)]
         asked = [(how, value) for how, value in given if value is not None]
         if len(asked) > 1:
             raise TypeError(f"samples are taken one way: {' or '.join(how for how, _ in asked)}")
@@ -281,15 +463,48 @@ class Fit:
         if how in ("spacing", "tolerance"):
             warn_of_degrees(self._curves, self._recipe, how)
         flat = None if out is None else _writable(out)
-        coords, offsets = self._fit.sample(how, float(value), flat)
-        made = self._curves.back(coords.reshape(-1, self._dimension), offsets, self._closed())
-        if isinstance(made, np.ndarray) and how in ("spacing", "tolerance"):
-            # Their number is each curve's own.
-            made = list(made)
+        is_array = self._curves.back in (_array_back, _numbers_back)
+        try:
+            coords, offsets = self._fit.sample(how, float(value), flat)
+        except ValueError:
+            # An array has rows for samples that curves without a fit do not have.
+            if flat is None or not is_array:
+                raise
+            coords, offsets = self._fit.sample(how, float(value))
+            if self._as_array(how, int(value), coords, offsets).size != flat.size:
+                raise
+        made: Any = self._as_array(how, int(value), coords, offsets) if is_array else self._curves.back(coords.reshape(-1, self._dimension), offsets, self._closed())
+        if is_array and flat is not None and not np.shares_memory(made, flat):
+            flat[:] = made.reshape(-1)
+            made = flat.reshape(made.shape)
+        if is_array and not self._inner:
+            made = made[..., 0]
         if not return_t:
             return made
         t = split(self._fit.sample_parameters(how, float(value)), offsets)
         return made, [self._dated(one) for one in t]
+
+    def _as_array(self, how: str, value: int, coords: Floats, offsets: Offsets) -> Floats:
+        """Samples as one array: see :meth:`sample`."""
+        counts, lines = np.diff(offsets), coords.reshape(-1, self._dimension)
+        width = value if how in ("count", "points") else int(counts.max(initial=0))
+        if (counts == width).all():
+            return lines.reshape(len(self), width, self._dimension)
+        bad = np.isin(self._report["status"], ("degenerate", "invalid"))
+        if how == "per_span" and not bad.all():
+            width = int(counts[~bad].max())
+        made = np.full((len(self), width, self._dimension), np.nan)
+        rows = np.repeat(np.arange(len(self)), counts)
+        column = np.arange(len(lines)) - np.repeat(offsets[:-1], counts)
+        whole = (counts[rows] <= width) & ~(bad[rows] & (how not in ("spacing", "tolerance")))
+        made[rows[whole], column[whole]] = lines[whole]
+        if how not in ("spacing", "tolerance") and bad.any():
+            numbers = np.flatnonzero(bad)
+            first, last = self._ends
+            u = np.linspace(first[numbers], last[numbers], width, axis=1)
+            values = self._fit.select(numbers.tolist()).evaluate(u.reshape(-1), np.arange(len(numbers) + 1) * width, 0)
+            made[numbers] = values.reshape(-1, width, self._dimension)
+        return made
 
     def _dated(self, seconds: Floats, exact: bool = False) -> Any:
         return seconds if self._clock is None else self._clock.back(seconds, exact)
@@ -300,8 +515,8 @@ class Fit:
         Parameters
         ----------
         times : str, timedelta, number, or array
-            A step, such as ``"1h"``: its multiples between the first and the last time of each track. Or times, the same for all;
-            those beyond a track's ends are left out.
+            A step, such as ``"1h"``: its multiples between the first and the last time of each track; days such as ``"1D"`` begin
+            at the midnights of the zone. Or times, the same for all; those beyond a track's ends are left out.
 
         Returns
         -------
@@ -368,6 +583,27 @@ class Fit:
         chains = split(coords.reshape(-1, self._dimension), offsets)
         return [_pieces(chain, ring) for chain, ring in zip(chains, self._closed().tolist())]
 
+    def to_ppoly(self) -> list[Any]:
+        """Splines as ``scipy.interpolate.PPoly``, one per curve, with antiderivatives, roots and extrapolation. Dates are seconds.
+
+        Values agree with those of the fit to rounding; those of :meth:`to_bpoly` are the cubics themselves.
+
+        Raises
+        ------
+        TypeError
+            For curves that are no cubic between two points, such as :class:`Fair` and :class:`Smooth` make.
+
+        Examples
+        --------
+        >>> import faircurve as fc
+        >>> fit = fc.Natural().fit([[(0, 0), (1, 1), (2, 0)]], t=[[0, 1, 2]])
+        >>> fit.to_ppoly()[0](0.5).tolist()
+        [0.5, 0.6875]
+        """
+        from scipy.interpolate import PPoly
+
+        return [PPoly.from_bernstein_basis(one) for one in self.to_bpoly()]
+
     def to_bpoly(self) -> list[Any]:
         """Splines as ``scipy.interpolate.BPoly``, one per curve, exact, with antiderivatives, roots and extrapolation. Dates are seconds.
 
@@ -376,7 +612,7 @@ class Fit:
         TypeError
             For curves that are no cubic between two points, such as :class:`Fair` and :class:`Smooth` make.
         """
-        from scipy.interpolate import BPoly  # type: ignore[import-untyped]
+        from scipy.interpolate import BPoly
 
         knots = split(*self._fit.knots())
         made = []
@@ -391,24 +627,44 @@ class Fit:
     def __len__(self) -> int:
         return len(self._fit)
 
-    def __getitem__(self, which: int | slice | Sequence[int] | NDArray[Any]) -> Fit:
-        """The fit of some of the curves: a number, a slice, numbers or flags."""
-        if isinstance(which, (int, np.integer)):
-            number = int(which) + (len(self) if which < 0 else 0)
-            if not 0 <= number < len(self):
-                raise IndexError(f"there is no curve {which} of {len(self)}")
-            numbers = [number]
-        elif isinstance(which, slice):
-            numbers = list(range(len(self))[which])
-        else:
-            flags = np.asarray(which)
-            numbers = np.arange(len(self))[flags if flags.size else flags.astype(np.int64)].tolist()
+    @overload
+    def __getitem__(self: Fit[Floats], which: int | slice | Sequence[int] | NDArray[Any]) -> Fit[Floats]: ...  # type: ignore[overload-overlap]
+    @overload
+    def __getitem__(self: Fit[Pair], which: int | slice | Sequence[int] | NDArray[Any]) -> Fit[Pair]: ...  # type: ignore[overload-overlap]
+    @overload
+    def __getitem__(self, which: int | slice | Sequence[int] | NDArray[Any]) -> Fit[list[Floats]]: ...
+    def __getitem__(self, which: int | slice | Sequence[int] | NDArray[Any]) -> Fit[Any]:
+        """The fit of some of the curves.
+
+        Parameters
+        ----------
+        which : int, slice, numbers or flags
+            Curves, in the order of the result.
+
+        Returns
+        -------
+        Fit
+            Its samples are an array or a pair where the curves came as one, and else a list of arrays.
+
+        Raises
+        ------
+        IndexError
+            A number that no curve has.
+
+        Examples
+        --------
+        >>> import numpy as np, faircurve as fc
+        >>> fit = fc.Natural().fit(np.random.default_rng(0).normal(size=(100, 10, 2)))
+        >>> fit[3].sample(8).shape, fit[fit.status == "converged"].sample(8).shape
+        ((1, 8, 2), (100, 8, 2))
+        """
+        numbers = chosen(which, len(self))
         curves = self._curves
         ends = [(int(curves.offsets[k]), int(curves.offsets[k + 1])) for k in numbers]
-        chosen = Ragged(
+        some: Ragged[Any] = Ragged(
             np.concatenate([curves.coords[a:b] for a, b in ends]) if ends else curves.coords[:0],
             offsets_of([b - a for a, b in ends]),
-            _list_back,
+            curves.back if curves.back in (_array_back, _pair_back, _numbers_back, _lists_of_numbers_back) else _list_back,
             None if curves.closed is None else curves.closed[numbers],
             rows=None if curves.rows is None else curves.rows[numbers],
             index=curves.index,
@@ -425,9 +681,9 @@ class Fit:
             # Nothing of the others takes part.
             if not any(isinstance(getattr(method, name, None), tuple) for name in ("max_curvature", "corridor")):
                 recipe = (method, options)
-        return Fit(self._fit.select(numbers), chosen, self._dimension, self._clock, recipe)
+        return Fit(self._fit.select(numbers), some, self._dimension, self._clock, recipe, plain=not self._inner)
 
-    def __iter__(self) -> Iterator[Fit]:
+    def __iter__(self) -> Iterator[Fit[Any]]:
         return (self[k] for k in range(len(self)))
 
     def _closed(self) -> NDArray[np.bool_]:
@@ -478,6 +734,26 @@ class Fit:
         return ax
 
 
+class Derivative:
+    """Derivatives of a fit, as a function of the parameter: see :meth:`Fit.derivative`."""
+
+    def __init__(self, fit: Fit[Any], nu: int) -> None:
+        self._fit: Fit[Any] = fit
+        #: The order.
+        self.nu: int = nu
+
+    def __call__(self, u: Any, nu: int = 0, outside: Outside | None = None) -> Any:
+        """Values at parameters, or their derivatives of order ``nu``, as of :meth:`Fit.__call__`."""
+        return self._fit(u, self.nu + nu, outside)
+
+    def derivative(self, nu: int = 1) -> Derivative:
+        """The derivatives of order ``nu`` of these."""
+        return self._fit.derivative(self.nu + nu)
+
+    def __repr__(self) -> str:
+        return f"<derivative {self.nu} of {self._fit!r}>"
+
+
 #: What Rust's names are in Python.
 _NAMES = (
     (" (`ReadOptions::sorted`)", ""),
@@ -496,23 +772,23 @@ def in_python(text: str) -> str:
 class _Selection:
     """Some curves of a fit, as its recipe."""
 
-    def __init__(self, whole: Fit, numbers: list[int]) -> None:
+    def __init__(self, whole: Fit[Any], numbers: list[int]) -> None:
         self.whole, self.numbers = whole, numbers
 
     def __getitem__(self, k: int) -> Any:
         return self.whole._recipe[k]
 
 
-def _selected_again(whole: Fit, numbers: list[int]) -> Fit:
+def _selected_again(whole: Fit[Any], numbers: list[int]) -> Fit[Any]:
     return whole[numbers]
 
 
-def _fitted_again(method: Any, curves: Ragged, options: dict[str, Any]) -> Fit:
-    fit: Fit = method.fit(curves, **options)
+def _fitted_again(method: Any, curves: Ragged[Any], options: dict[str, Any]) -> Fit[Any]:
+    fit: Fit[Any] = method.fit(curves, **options)
     return fit
 
 
-def warn_of_degrees(curves: Ragged, recipe: Any, what: str) -> None:
+def warn_of_degrees(curves: Ragged[Any], recipe: Any, what: str) -> None:
     """Warns, as GeoPandas does, where a length is one in degrees."""
     method = recipe[0] if recipe else None
     if curves.degrees and getattr(method, "surface", None) is None:

@@ -22,7 +22,9 @@ class Expression:
     __array_ufunc__ = None
 
     def __init__(self, kind: str, number: float = 0.0, *operands: Expression) -> None:
-        self.kind, self.number, self.operands = kind, number, operands
+        self.kind: str = kind
+        self.number: float = number
+        self.operands: tuple[Expression, ...] = operands
 
     def __add__(self, other: Expression | Number) -> Expression:
         return Expression("add", 0.0, self, _number(other))

@@ -15,7 +15,7 @@ from ._arrays import Floats, Offsets, Ragged, floats, offsets_of
 _Plan = Any
 
 
-def ragged(geometries: Any) -> Ragged:
+def ragged(geometries: Any) -> Ragged[Any]:
     """The lines and rings of geometries. Rings are closed, and so are lines whose last point repeats their first."""
     frame = geometries
     series = geometries.geometry if hasattr(geometries, "geometry") and hasattr(geometries, "crs") else None

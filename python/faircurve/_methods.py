@@ -2,25 +2,72 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict, TypeVar, overload
 
 import numpy as np
+from numpy.typing import NDArray
 
 from . import _core
 from . import _times
-from ._arrays import Ragged, flags_per_point, floats, per_curve, per_point, ragged, vectors_per_point
+from ._channels import fitted, values_of
+from ._arrays import ArrayT, Floats, Lines, Pair, Ragged, flags_per_point, floats, per_curve, per_point, ragged, vectors_per_point
 from ._energy import Energy, bending, energy_of, geodesic_bending, tautness
 from ._fit import Fit, warn_of_degrees
 from ._surfaces import Surface, made
 from ._times import Clock
 
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+#: How far apart ends are, as a part of a curve's size, that closed="auto" takes for one point.
+_SAME = 1e-12
+
 _PARAMETRISATIONS = ("auto", "chord", "centripetal", "uniform", "given")
 Parametrisation: TypeAlias = Literal["auto", "chord", "centripetal", "uniform", "given"]
+Precision: TypeAlias = Literal["auto", "f32", "f64"]
+Closed: TypeAlias = bool | Literal["auto"] | Sequence[int] | NDArray[Any] | None
+
+#: Curves of another library, such as a GeoSeries, that come out as the kind they came in.
+Kind = TypeVar("Kind")
 
 
-def _batch(curves: Ragged, *, closed: Any, topology: bool | None = False, t: Any = None, **columns: Any) -> tuple[_core.Batch, Clock | None]:
+class _Device(TypedDict, total=False):
+    """What ``fit`` of every method takes; checkers of types read it in overloads."""
+
+    closed: Closed
+    device: str
+    precision: Precision
+
+
+class _OfGeodesic(_Device, total=False):
+    t: Any
+
+
+class _OfSmooth(_Device, total=False):
+    tangents: Any
+    exponents: Any
+
+
+class _OfNatural(_OfGeodesic, total=False):
+    tangents: Any
+    topology: bool | None
+
+
+class _OfSmoothing(_OfNatural, total=False):
+    weights: Any
+    pinned: Any
+
+
+class _OfFair(_OfSmoothing, total=False):
+    curvatures: Any
+    largest_curvatures: Any
+    corridors: Any
+    widths: Any
+
+
+def _batch(curves: Ragged[Any], *, closed: Any, topology: bool | None = False, t: Any = None, **columns: Any) -> tuple[_core.Batch, Clock | None]:
     """The batch with what is given of its points, and what its parameters stand for."""
     given: dict[str, Any] = {}
     if isinstance(closed, str):
@@ -45,8 +92,25 @@ def _batch(curves: Ragged, *, closed: Any, topology: bool | None = False, t: Any
             given[name] = flags_per_point(values, curves, name).tolist()
         else:
             given[name] = per_point(values, curves, name)
+    coords = _met(curves) if "auto_closed" in given else curves.coords
     given.update(topology=bool(topology), degrees=curves.degrees, metres=curves.metres)
-    return _core.Batch(curves.coords, curves.offsets, **given), clock
+    return _core.Batch(coords, curves.offsets, **given), clock
+
+
+def _met(curves: Ragged[Any]) -> Floats:
+    """The points, where ends that are nearly the same are the same: sin(2π) is not 0."""
+    some = np.flatnonzero(curves.counts > 3)
+    first, last = curves.offsets[some], curves.offsets[some + 1] - 1
+    gaps = np.abs(curves.coords[last] - curves.coords[first]).max(axis=1, initial=0.0)
+    near = np.flatnonzero((gaps > 0) & (gaps <= 1e-9 * np.abs(curves.coords[first]).max(axis=1, initial=1.0)))
+    if not near.size:
+        return curves.coords
+    coords = curves.coords.copy()
+    for k in near:
+        size = np.ptp(coords[first[k] : last[k]], axis=0).max()
+        if gaps[k] <= _SAME * size:
+            coords[last[k]] = coords[first[k]]
+    return coords
 
 
 def _recipe(method: Any, **options: Any) -> tuple[Any, dict[str, Any]]:
@@ -92,13 +156,19 @@ def _places(device: Any, precision: Any) -> None:
             raise TypeError(f"{name} is {value!r}; it must be a word such as 'auto'")
 
 
-def _shares(topology: bool | None, curves: Ragged, closed: Any) -> bool:
+def _shares(topology: bool | None, curves: Ragged[Any], closed: Any) -> bool:
     """Whether borders that polygons share are found: by default where rows of a GeoSeries are polygons."""
     return curves.polygons and closed is None if topology is None else topology
 
 
+class Method:
+    """What :class:`Natural`, :class:`Smoothing`, :class:`Fair`, :class:`Smooth` and :class:`Geodesic` are: something with a ``fit``."""
+
+    fit: Callable[..., Fit[Any]]
+
+
 @dataclass(frozen=True)
-class Natural:
+class Natural(Method):
     """Cubic splines through every point: the least ∫|p″|² dt.
 
     Parameters
@@ -137,7 +207,17 @@ class Natural:
         _word("parametrisation", self.parametrisation, _PARAMETRISATIONS)
         _number("off_surface", self.off_surface)
 
-    def fit(self, curves: Any, *, t: Any = None, closed: Any = None, tangents: Any = None, topology: bool | None = None, device: str = "auto", precision: str = "auto") -> Fit:
+    @overload
+    def fit(self, curves: NDArray[Any], **options: Unpack[_OfNatural]) -> Fit[Floats]: ...
+    @overload
+    def fit(self, curves: tuple[NDArray[Any], NDArray[Any]], **options: Unpack[_OfNatural]) -> Fit[Pair]: ...  # type: ignore[overload-overlap]
+    @overload
+    def fit(self, curves: Ragged[ArrayT], **options: Unpack[_OfNatural]) -> Fit[ArrayT]: ...
+    @overload
+    def fit(self, curves: Lines, **options: Unpack[_OfNatural]) -> Fit[list[Floats]]: ...
+    @overload
+    def fit(self, curves: Kind, **options: Unpack[_OfNatural]) -> Fit[Kind]: ...
+    def fit(self, curves: Any, *, t: Any = None, closed: Closed = None, tangents: Any = None, topology: bool | None = None, device: str = "auto", precision: Precision = "auto") -> Fit[Any]:
         """Fits every curve.
 
         Parameters
@@ -149,7 +229,8 @@ class Natural:
             dates (``datetime64``, pandas with a zone or without, pyarrow), which are seconds for derivatives; by default the M of
             geometries that have it.
         closed : bool, "auto" or (B,) flags
-            Which curves are closed; "auto" closes those whose last point repeats their first. Geometries are read so.
+            Which curves are closed; "auto" closes those whose last point repeats their first, to 1e-12 of their size. Geometries are
+            read so.
         tangents : optional
             A vector a point (units of the input by those of t), NaN where there is none. At ends only.
         topology : bool, optional
@@ -171,6 +252,8 @@ class Natural:
         RuntimeError
             A GPU that was asked for and is not there.
         """
+        if (values := values_of(curves, t)) is not None:
+            return fitted(self, *values, {"t": t, "closed": closed, "tangents": tangents, "topology": topology, "device": device, "precision": precision})
         given = ragged(curves)
         _places(device, precision)
         shares = _shares(topology, given, closed) and self.surface is None
@@ -186,7 +269,7 @@ class Natural:
 
 
 @dataclass(frozen=True)
-class Smoothing:
+class Smoothing(Method):
     """Smoothing splines near the points. Give one of the four amounts.
 
     Parameters
@@ -261,7 +344,17 @@ class Smoothing:
         _word("parametrisation", self.parametrisation, _PARAMETRISATIONS)
         _number("off_surface", self.off_surface)
 
-    def fit(self, curves: Any, *, t: Any = None, closed: Any = None, tangents: Any = None, weights: Any = None, pinned: Any = None, topology: bool | None = None, device: str = "auto", precision: str = "auto") -> Fit:
+    @overload
+    def fit(self, curves: NDArray[Any], **options: Unpack[_OfSmoothing]) -> Fit[Floats]: ...
+    @overload
+    def fit(self, curves: tuple[NDArray[Any], NDArray[Any]], **options: Unpack[_OfSmoothing]) -> Fit[Pair]: ...  # type: ignore[overload-overlap]
+    @overload
+    def fit(self, curves: Ragged[ArrayT], **options: Unpack[_OfSmoothing]) -> Fit[ArrayT]: ...
+    @overload
+    def fit(self, curves: Lines, **options: Unpack[_OfSmoothing]) -> Fit[list[Floats]]: ...
+    @overload
+    def fit(self, curves: Kind, **options: Unpack[_OfSmoothing]) -> Fit[Kind]: ...
+    def fit(self, curves: Any, *, t: Any = None, closed: Closed = None, tangents: Any = None, weights: Any = None, pinned: Any = None, topology: bool | None = None, device: str = "auto", precision: Precision = "auto") -> Fit[Any]:
         """Fits every curve. ``weights`` are positive numbers, one a point; ``pinned`` flags points that stay. ``tangents`` are
         met in a surface alone, at ends that stay.
 
@@ -271,6 +364,8 @@ class Smoothing:
         name, value = next((name, value) for name, value in amounts.items() if value is not None)
         corners = "none" if self.corners is None else str(self.corners)
         pin_ends = self.lam is None if self.pin_ends is None else self.pin_ends
+        if (values := values_of(curves, t)) is not None:
+            return fitted(self, *values, {"t": t, "closed": closed, "tangents": tangents, "weights": weights, "pinned": pinned, "topology": topology, "device": device, "precision": precision})
         given = ragged(curves)
         _places(device, precision)
         if name != "lam" and not isinstance(value, str):
@@ -297,7 +392,7 @@ class Smoothing:
 
 
 @dataclass(frozen=True)
-class Fair:
+class Fair(Method):
     """Discrete fair curves: the least of an energy of your choice, through the points or near them (Renka 2006).
 
     Parameters
@@ -426,7 +521,17 @@ class Fair:
             _word("pins", self.pins, ("all", "ends", "none"))
         _word("solver", self.solver, ("newton", "sobolev"))
 
-    def fit(self, curves: Any, *, t: Any = None, closed: Any = None, tangents: Any = None, curvatures: Any = None, weights: Any = None, pinned: Any = None, largest_curvatures: Any = None, corridors: Any = None, widths: Any = None, topology: bool | None = None, device: str = "auto", precision: str = "auto") -> Fit:
+    @overload
+    def fit(self, curves: NDArray[Any], **options: Unpack[_OfFair]) -> Fit[Floats]: ...
+    @overload
+    def fit(self, curves: tuple[NDArray[Any], NDArray[Any]], **options: Unpack[_OfFair]) -> Fit[Pair]: ...  # type: ignore[overload-overlap]
+    @overload
+    def fit(self, curves: Ragged[ArrayT], **options: Unpack[_OfFair]) -> Fit[ArrayT]: ...
+    @overload
+    def fit(self, curves: Lines, **options: Unpack[_OfFair]) -> Fit[list[Floats]]: ...
+    @overload
+    def fit(self, curves: Kind, **options: Unpack[_OfFair]) -> Fit[Kind]: ...
+    def fit(self, curves: Any, *, t: Any = None, closed: Closed = None, tangents: Any = None, curvatures: Any = None, weights: Any = None, pinned: Any = None, largest_curvatures: Any = None, corridors: Any = None, widths: Any = None, topology: bool | None = None, device: str = "auto", precision: Precision = "auto") -> Fit[Any]:
         """Fits every curve. ``tangents`` and ``curvatures`` (vectors, NaN where there are none) are met at their points; ``curvatures`` ask for variation.
 
         ``largest_curvatures`` bound the span that begins at each point (1/length, NaN: not at all). ``corridors`` are
@@ -462,7 +567,7 @@ class Fair:
         others = (self.obstacles, self.half_planes, self.max_stretch)
         return any(limit is not None for limit in (*limits, *others)) or self.preserve_shape or self.no_crossing
 
-    def _of_spans(self, name: str, column: Any, curves: Ragged) -> Any:
+    def _of_spans(self, name: str, column: Any, curves: Ragged[Any]) -> Any:
         """The limits of single spans, with the limits of curves."""
         each = getattr(self, name)
         if not isinstance(each, tuple):
@@ -537,7 +642,7 @@ def _regions(rows: Any, dimension: int, name: str) -> list[tuple[list[float], fl
 
 
 @dataclass(frozen=True)
-class Geodesic:
+class Geodesic(Method):
     """Geodesics of a surface: from point to point, or the closed one to which a closed curve descends.
 
     Closed geodesics need not be the shortest: those that are not stable are found too. A closed curve's points are no more than
@@ -567,7 +672,17 @@ class Geodesic:
     tolerance: float = 1e-8
     max_iterations: int = 500
 
-    def fit(self, curves: Any, *, t: Any = None, closed: Any = None, device: str = "auto", precision: str = "auto") -> Fit:
+    @overload
+    def fit(self, curves: NDArray[Any], **options: Unpack[_OfGeodesic]) -> Fit[Floats]: ...
+    @overload
+    def fit(self, curves: tuple[NDArray[Any], NDArray[Any]], **options: Unpack[_OfGeodesic]) -> Fit[Pair]: ...  # type: ignore[overload-overlap]
+    @overload
+    def fit(self, curves: Ragged[ArrayT], **options: Unpack[_OfGeodesic]) -> Fit[ArrayT]: ...
+    @overload
+    def fit(self, curves: Lines, **options: Unpack[_OfGeodesic]) -> Fit[list[Floats]]: ...
+    @overload
+    def fit(self, curves: Kind, **options: Unpack[_OfGeodesic]) -> Fit[Kind]: ...
+    def fit(self, curves: Any, *, t: Any = None, closed: Closed = None, device: str = "auto", precision: Precision = "auto") -> Fit[Any]:
         """Fits every curve. The arguments are those of :meth:`Natural.fit`."""
         fair = Fair(
             geodesic_bending(), self.per_span, pins="ends", surface=self.surface, off_surface=self.off_surface, corners=0.0,
@@ -577,7 +692,7 @@ class Geodesic:
 
 
 @dataclass(frozen=True)
-class Smooth:
+class Smooth(Method):
     """Smooth connection functions: the exact planar curves of least ∫|κ|^ν ds through the points (Alon & Bergmann).
 
     Parameters
@@ -617,7 +732,17 @@ class Smooth:
     tolerance: float = 1e-10
     max_iterations: int = 200
 
-    def fit(self, curves: Any, *, closed: Any = None, tangents: Any = None, exponents: Any = None, device: str = "auto", precision: str = "auto") -> Fit:
+    @overload
+    def fit(self, curves: NDArray[Any], **options: Unpack[_OfSmooth]) -> Fit[Floats]: ...
+    @overload
+    def fit(self, curves: tuple[NDArray[Any], NDArray[Any]], **options: Unpack[_OfSmooth]) -> Fit[Pair]: ...  # type: ignore[overload-overlap]
+    @overload
+    def fit(self, curves: Ragged[ArrayT], **options: Unpack[_OfSmooth]) -> Fit[ArrayT]: ...
+    @overload
+    def fit(self, curves: Lines, **options: Unpack[_OfSmooth]) -> Fit[list[Floats]]: ...
+    @overload
+    def fit(self, curves: Kind, **options: Unpack[_OfSmooth]) -> Fit[Kind]: ...
+    def fit(self, curves: Any, *, closed: Closed = None, tangents: Any = None, exponents: Any = None, device: str = "auto", precision: Precision = "auto") -> Fit[Any]:
         """Fits every curve. ``exponents`` are those of single spans, one a point (NaN: the method's).
 
         The other arguments are those of :meth:`Natural.fit`.

@@ -6,7 +6,7 @@ import functools
 import inspect
 import numbers
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from . import _core, _times
 from ._arrays import Floats, Ragged, floats, offsets_of, split, _list_back
+from ._methods import Closed, Method, Precision
 from ._times import Clock
 
 #: The columns of the report, with the words of their types in pyarrow.
@@ -57,7 +58,10 @@ class _Table:
                 raise TypeError(f'the parameters of the fit are not the times of column "{self.t}": leave t out, and take a method in time')
         if isinstance(times, (str, numbers.Number, np.timedelta64)) or hasattr(times, "total_seconds"):
             step, origin = _times.step_of(times, self.clock), 0 if self.clock is None else self.clock.origin
-            own = [_times.grid(k[0], k[-1], step, origin) if len(k) else np.zeros(0) for k in knots]
+            if (days := _times.days_of(times, self.clock)) and self.clock is not None:
+                own = [_times.midnights(k[0], k[-1], days, self.clock) if len(k) else np.zeros(0) for k in knots]
+            else:
+                own = [_times.grid(k[0], k[-1], step, origin) if len(k) else np.zeros(0) for k in knots]
         else:
             asked = np.sort(_times.parameters(times, self.clock, "times").reshape(-1))
             own = [asked[(asked >= k[0]) & (asked <= k[-1])] if len(k) else asked[:0] for k in knots]
@@ -68,7 +72,7 @@ class _Table:
         if self.by is not None:
             which = np.repeat(np.arange(len(counts)), counts)
             columns[self.by] = self.names.take(which) if hasattr(self.names, "take") else self.names.gather(which)
-        columns[self.t or "t"] = flat if self.clock is None else self.clock.back(flat)
+        columns[self.t or "t"] = flat if self.clock is None else self._dated(flat, self.clock)
         degrees = self.is_in_degrees()
         for axis, name in enumerate(self.coords):
             columns[name] = (places[:, axis] + 180) % 360 - 180 if degrees and axis == 0 else places[:, axis]
@@ -85,6 +89,15 @@ class _Table:
         import pandas as pd
 
         return pd.DataFrame(columns)
+
+    def _dated(self, seconds: Floats, clock: Clock) -> Any:
+        """Times as the table has them."""
+        if self.kind != "polars" or clock.zone is None:
+            return clock.back(seconds)
+        import polars
+
+        dates = clock.plain(seconds)
+        return polars.Series(dates.astype(f"M8[{'ns' if clock.unit in ('ns', 'ps', 'fs', 'as') else 'us'}]")).dt.replace_time_zone("UTC").dt.convert_time_zone(str(clock.zone))
 
     def of(self, tracks: list[int]) -> _Table:
         """Some of the tracks."""
@@ -126,7 +139,7 @@ def _metres_per_degree(latitude: Floats) -> Floats:
     return np.radians(np.stack([a / root * cosine, a * (1 - e2) / root**3], axis=1))
 
 
-def from_dataframe(table: Any, *, by: str | None = None, coords: Sequence[str] = ("x", "y"), t: str | None = None, carry: Sequence[str] = ()) -> Ragged:
+def from_dataframe(table: Any, *, by: str | None = None, coords: Sequence[str] = ("x", "y"), t: str | None = None, carry: Sequence[str] = ()) -> Ragged[list[Floats]]:
     """Tracks of a table whose rows are points, for the ``fit`` of every method.
 
     Parameters
@@ -173,9 +186,7 @@ def from_dataframe(table: Any, *, by: str | None = None, coords: Sequence[str] =
         raise ValueError(f'there is no column "{missing[0]}": the table has {", ".join(map(str, table.columns))}')
     n = len(table)
     labels, names = _labels(table, by, kind)
-    seconds, clock = (None, None) if t is None else _times.seconds_of(table[t] if kind != "polars" else table[t].to_numpy(), f'column "{t}"')
-    if kind == "polars" and clock is not None and getattr(table[t].dtype, "time_zone", None):
-        clock = replace(clock, zone=table[t].dtype.time_zone)
+    seconds, clock = (None, None) if t is None else _times.seconds_of(table[t], f'column "{t}"')
     order = np.lexsort((labels,) if seconds is None else (seconds, labels))
     order = order[labels[order] >= 0]
     counts = np.bincount(labels[order], minlength=len(names))
@@ -242,7 +253,7 @@ class FairBatch:
 
     Parameters
     ----------
-    method
+    method : Method
         Such as ``Natural()`` or ``Fair({"bending": 1, "length": 0.1}, deviation=0.1)``.
     points : str
         The column of curves: lists of points, fixed-size lists or structs of numbers, as in GeoArrow.
@@ -271,25 +282,27 @@ class FairBatch:
 
     def __init__(
         self,
-        method: Any,
+        method: Method,
         points: str = "points",
         *,
         t: str | None = None,
         weights: str | None = None,
         tangents: str | None = None,
         pinned: str | None = None,
-        samples: dict[str, Any] | None = None,
+        samples: Mapping[str, float] | None = None,
         prefix: str = "fair_",
         report: bool = True,
-        closed: Any = None,
+        closed: Closed = None,
         device: str = "auto",
-        precision: str = "auto",
+        precision: Precision = "auto",
     ) -> None:
         if not callable(getattr(method, "fit", None)):
             raise TypeError(f"method is {method!r}; it must have a fit, as Natural() has")
-        self.method, self.points, self.closed = method, points, closed
-        self.columns = {"t": t, "weights": weights, "tangents": tangents, "pinned": pinned}
-        self.samples = samples if samples is not None else {"per_span": 16}
+        self.method: Method = method
+        self.points: str = points
+        self.closed: Closed = closed
+        self.columns: dict[str, str | None] = {"t": t, "weights": weights, "tangents": tangents, "pinned": pinned}
+        self.samples: Mapping[str, float] = samples if samples is not None else {"per_span": 16}
         known = ("count", "per_span", "points", "spacing", "tolerance")
         if len(self.samples) != 1 or next(iter(self.samples)) not in known:
             raise ValueError(f"samples is {self.samples!r}; it must be one of {', '.join(known)}, as in {{'count': 64}}")
@@ -300,8 +313,10 @@ class FairBatch:
         other = next((name for name, column in self.columns.items() if column is not None and name not in arguments), None)
         if other is not None:
             raise TypeError(f"{other} is no argument of {type(method).__name__}.fit: leave it out")
-        self.prefix, self.report = prefix, report
-        self.device, self.precision = device, precision
+        self.prefix: str = prefix
+        self.report: bool = report
+        self.device: str = device
+        self.precision: Precision = precision
 
     def __call__(self, table: Any) -> Any:
         """The table (or record batch) with the samples, and with what came of each curve."""
@@ -319,19 +334,22 @@ class FairBatch:
         # Where one list is null all are, and the curve is invalid.
         lists = {name: table[column].combine_chunks() for name, column in given.items()}
         if any(column.null_count for column in (curves, *lists.values())):
-            import pyarrow.compute as compute
+            from pyarrow import compute as _compute
+
+            compute: Any = _compute
 
             missing = functools.reduce(compute.or_, [column.is_null() for column in (curves, *lists.values())])
             curves = compute.if_else(missing, pa.scalar(None, curves.type), curves)
             lists = {name: compute.if_else(missing, pa.scalar(None, column.type), column) for name, column in lists.items()}
         options.update(lists)
         fit = self.method.fit(curves, **options)
+        amount: dict[str, Any] = dict(self.samples)
         if "t" in given:
-            samples, t = fit.sample(**self.samples, return_t=True)
+            samples, t = fit.sample(**amount, return_t=True)
             table = self._with(table, "points", samples)
             table = self._with(table, "t", _times_of_samples(t, table[given["t"]].type))
         else:
-            table = self._with(table, "points", fit.sample(**self.samples))
+            table = self._with(table, "points", fit.sample(**amount))
         if self.report:
             columns = fit.report()
             for name, kind in _REPORT.items():

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import datetime
+import re
+import zoneinfo
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,6 +17,13 @@ from ._arrays import Floats, Ragged, floats, per_point
 _PER_SECOND = {"ms": 10**3, "us": 10**6, "ns": 10**9, "ps": 10**12, "fs": 10**15, "as": 10**18}
 
 
+#: Seconds of the units of steps, as pandas and polars call them.
+_STEPS = {unit: seconds for units, seconds in (
+    ("W w weeks week", 604800.0), ("D d days day", 86400.0), ("h H hours hour hr", 3600.0), ("min m T minutes minute", 60.0),
+    ("s S seconds second sec", 1.0), ("ms milliseconds", 1e-3), ("us microseconds", 1e-6), ("ns nanoseconds", 1e-9),
+) for unit in units.split()}  # fmt: skip
+
+
 @dataclass(frozen=True)
 class Clock:
     """What seconds stand for: dates with a zone or without, or spans of time. They are counted from ``origin``, in whole seconds
@@ -25,9 +34,8 @@ class Clock:
     span: bool = False
     origin: int = 0
 
-    def back(self, seconds: Floats, exact: bool = False) -> Any:
-        """Seconds as ``datetime64`` or ``timedelta64`` of the unit, of microseconds at least if they are not ``exact``; with a zone as
-        pandas' ``DatetimeIndex``."""
+    def plain(self, seconds: Floats, exact: bool = False) -> Any:
+        """Seconds as ``datetime64`` or ``timedelta64`` of the unit, of microseconds at least if they are not ``exact``; of a zone in UTC."""
         unit = self.unit if exact or self.unit in ("us", "ns", "ps", "fs", "as") else "us"
         own = unit if unit in _PER_SECOND else "s"
         per = _PER_SECOND.get(own, 1)
@@ -36,7 +44,11 @@ class Clock:
         ticks = (whole.astype(np.int64) + self.origin) * per + np.rint((np.where(known, seconds, 0.0) - whole) * per).astype(np.int64)
         kind = "m" if self.span else "M"
         dates = np.where(known, ticks.view(f"{kind}8[{own}]"), np.array("NaT", f"{kind}8[{own}]"))
-        dates = dates.astype(f"{kind}8[{unit}]")
+        return dates.astype(f"{kind}8[{unit}]")
+
+    def back(self, seconds: Floats, exact: bool = False) -> Any:
+        """Seconds as :meth:`plain` has them; with a zone as pandas' ``DatetimeIndex``."""
+        dates = self.plain(seconds, exact)
         if self.zone is None:
             return dates
         import pandas as pd
@@ -73,6 +85,8 @@ def seconds_of(values: Any, what: str, clock: Clock | None = None) -> tuple[Floa
         own = getattr(values, "dt", values)
         zone = getattr(own, "tz", None)
         values = (own.tz_convert(None) if zone is not None else values).to_numpy()
+    if type(values).__module__.partition(".")[0] == "polars":
+        zone, values = getattr(values.dtype, "time_zone", None), values.to_numpy()
     if isinstance(values, np.ma.MaskedArray) and values.dtype.kind in "mM":
         values = np.where(np.ma.getmaskarray(values), np.array("NaT", values.dtype), values.data)
     array = np.asarray(values) if not isinstance(values, np.ma.MaskedArray) else values
@@ -91,7 +105,7 @@ def seconds_of(values: Any, what: str, clock: Clock | None = None) -> tuple[Floa
     return np.ascontiguousarray(seconds, np.float64), Clock(unit if steps == 1 else own_unit, zone, span, origin)
 
 
-def times(values: Any, curves: Ragged) -> tuple[Floats, Clock | None]:
+def times(values: Any, curves: Ragged[Any]) -> tuple[Floats, Clock | None]:
     """The parameters of all points, and their clock if they are dates."""
     clocks: list[Clock | None] = []
 
@@ -133,18 +147,40 @@ def step_of(every: Any, clock: Clock | None) -> float:
         if clock is None:
             raise TypeError(f"a step of {every} is one in time, and the parameters of the fit are numbers")
         if isinstance(every, str):
-            import pandas as pd
-
-            try:
-                every = pd.Timedelta(every)
-            except ValueError as error:
-                raise ValueError(f"times is {every!r}, which is no step such as '1h': {error}") from None
+            parts = re.findall(r"(\d*\.?\d*)\s*([a-zA-Z]+)", every)
+            known = parts and "".join(a + b for a, b in parts) == re.sub(r"[\s,]", "", every) and all(unit in _STEPS for _, unit in parts)
+            if not known:
+                raise ValueError(f"times is {every!r}, which is no step such as '1h', '90s' or '1h30min'")
+            return step_of(sum(float(number or 1) * _STEPS[unit] for number, unit in parts), None)
         step = every / (np.timedelta64(1, "s") if isinstance(every, np.timedelta64) else datetime.timedelta(seconds=1))
     else:
         step = float(every)
     if not step > 0 or not np.isfinite(step):
         raise ValueError(f"a step is {every}; it must be positive")
     return float(step)
+
+
+def days_of(every: Any, clock: Clock | None) -> int:
+    """How many whole days a step is, where days are those of a zone, which may have 23 or 25 hours; 0 where it is none."""
+    if clock is None or clock.zone is None or clock.span or not isinstance(every, str):
+        return 0
+    found = re.fullmatch(r"\s*(\d*)\s*(D|d|day|days)\s*", every)
+    return int(found[1] or 1) if found else 0
+
+
+def midnights(first: float, last: float, days: int, clock: Clock) -> NDArray[np.float64]:
+    """The midnights of a zone from one time to another, every so many days since 1970."""
+    if not (np.isfinite(first) and np.isfinite(last)):
+        return np.zeros(0)
+    zone = zoneinfo.ZoneInfo(clock.zone) if isinstance(clock.zone, str) else clock.zone
+    utc, epoch = datetime.timezone.utc, datetime.date(1970, 1, 1).toordinal()
+    ordinal = datetime.datetime.fromtimestamp(clock.origin + int(np.floor(first)), zone).toordinal() - epoch
+    found: list[float] = []
+    for day in range(ordinal - ordinal % days, ordinal + int((last - first) / 86400) + 3, days):
+        midnight = datetime.datetime.fromordinal(day + epoch).replace(tzinfo=zone).astimezone(utc)
+        found.append(midnight.timestamp() - clock.origin)
+    times = np.array(found)
+    return times[(times >= first) & (times <= last)]
 
 
 def grid(first: float, last: float, step: float, origin: int = 0) -> NDArray[np.float64]:

@@ -73,6 +73,21 @@ def test_pyarrow_lists_in_every_layout_sliced_and_with_nulls(layout, large):
     assert (list(timed[3][5].values()) if separated else timed[3][5]) == listed[3][5].tolist()
 
 
+@pytest.mark.parametrize("width", [16, 32, 64])
+@pytest.mark.parametrize("layout", ["separated", "interleaved", "plain lists"])
+def test_short_floats_of_pyarrow_come_out_short(layout, width):
+    pa = pytest.importorskip("pyarrow")
+    number = {16: pa.float16(), 32: pa.float32(), 64: pa.float64()}[width]
+    point = {"separated": pa.struct([("lat", number), ("lon", number)]), "interleaved": pa.list_(number, 2), "plain lists": pa.list_(number)}[layout]
+    short = [line.astype(f"f{width // 8}") for line in LINES]
+    rows = [[{"lat": y, "lon": x} if layout == "separated" else [x, y] for x, y in line] for line in short]
+    samples = fc.Natural().fit(pa.array(rows, pa.list_(point))).sample(per_span=4)
+    assert samples.type == pa.list_(point)
+    exact = fc.Natural().fit([line.astype(float) for line in short]).sample(per_span=4)
+    found = [[[p["lon"], p["lat"]] if layout == "separated" else p for p in line] for line in samples.to_pylist()]
+    assert all(np.array_equal(np.array(a), b.astype(f"f{width // 8}")) for a, b in zip(found, exact))
+
+
 def test_plain_lists_of_unequal_widths_are_a_sentence_and_no_points_at_all_are_none():
     pa = pytest.importorskip("pyarrow")
     kind = pa.list_(pa.list_(pa.float64()))

@@ -44,8 +44,33 @@ def test_samples_are_taken_by_number_by_span_by_length_and_by_spacing():
     steps = np.linalg.norm(np.diff(fit.sample(points=200), axis=1), axis=2)
     assert (steps.max(axis=1) < 1.2 * np.median(steps, axis=1)).all()
     spaced = fit.sample(spacing=0.1)
-    assert isinstance(spaced, list) and all(np.linalg.norm(np.diff(s, axis=0), axis=1).max() <= 0.1 for s in spaced)
+    assert isinstance(spaced, np.ndarray) and np.nanmax(np.linalg.norm(np.diff(spaced, axis=1), axis=2)) <= 0.1
+    listed = fc.Natural().fit(list(CURVES)).sample(spacing=0.1)
+    assert isinstance(listed, list) and all(np.array_equal(row[: len(own)], own) for row, own in zip(spaced, listed))
     assert np.allclose(np.linalg.norm(np.diff(fit.sample(points=20_000), axis=1), axis=2).sum(axis=1), fit.length, rtol=1e-4)
+    for by, other in (("parameter", "count"), ("length", "points"), ("span", "per_span")):
+        assert np.array_equal(fit.sample(7, by=by), fit.sample(**{other: 7}))
+    with pytest.raises(ValueError, match="by is 'arc'; parameter, length, span are possible"):
+        fit.sample(7, by="arc")
+    with pytest.raises(TypeError, match="by='length' needs a number of samples"):
+        fit.sample(by="length")
+
+
+@pytest.mark.parametrize("closed", [False, True, "some"])
+def test_an_array_comes_out_as_an_array_whatever_its_curves_are(closed):
+    curves = CURVES.copy()
+    curves[2, 1, 0], curves[3] = np.nan, 1.0
+    fit = fc.Natural().fit(curves, closed=np.arange(30) % 2 == 0 if closed == "some" else closed)
+    good = ~np.isin(fit.status, ["invalid", "degenerate"])
+    assert good.sum() == 28
+    for by, width in (("parameter", 9), ("length", 9), ("span", 9 * (6 if closed else 5) + (not closed))):
+        samples = fit.sample(9, by=by)
+        assert samples.shape == (30, width, 2) and (samples[3] == 1).all()
+        lists = fc.Natural().fit(list(curves), closed=np.arange(30) % 2 == 0 if closed == "some" else closed).sample(9, by=by)
+        assert all(np.array_equal(samples[i, : len(lists[i])], lists[i]) and np.isnan(samples[i, len(lists[i]) :]).all() for i in np.flatnonzero(good))
+        out = np.zeros(samples.shape)
+        assert np.shares_memory(fit.sample(9, by=by, out=out), out) and np.array_equal(out, samples, equal_nan=True)
+    assert fit.sample(spacing=0.5).shape[0] == 30 and fit[[2]].sample(4).shape == (1, 4, 2)
 
 
 def test_beziers_are_the_splines():
@@ -91,3 +116,43 @@ def test_matplotlib_draws_every_curve():
     axes = fc.Natural().fit(CURVES, closed=True).plot(color="k")
     assert len(axes.collections[0].get_segments()) == 30
     plt.close("all")
+
+
+@pytest.mark.parametrize("method", [fc.Natural(), fc.Smoothing(lam=0.3), fc.Smoothing(deviation=0.2), fc.Fair(), fc.Smooth(tension=1)])
+@pytest.mark.parametrize("closed", [False, True])
+def test_integrals_are_those_of_the_values(method, closed):
+    integrate = pytest.importorskip("scipy.integrate")
+    fit = method.fit(CURVES[:3], closed=closed)
+    first, last = fit._ends
+    a, b = 0.9 * first + 0.1 * last, 0.2 * first + 0.8 * last
+    made, back, whole = fit.integrate(a, b), fit.integrate(b, a), fit.integrate()
+    assert np.array_equal(made, -back) and made.shape == (3, 2)
+    for i in range(3):
+        own = np.unique(np.concatenate([[a[i], b[i]], np.linspace(*fit.knots[i][[0, -1]], 97), fit.knots[i]]))
+        own = own[(own >= a[i]) & (own <= b[i])]
+        expected = sum(integrate.fixed_quad(lambda u: fit[i](u)[0].T, p, q, n=5)[0] for p, q in zip(own[:-1], own[1:]))
+        assert np.abs(made[i] - expected).max() < (5e-5 if isinstance(method, fc.Fair) else 1e-7), np.abs(made[i] - expected).max()
+    parts = fit.integrate(first, b) + fit.integrate(b, last)
+    assert np.allclose(parts, whole, rtol=1e-5, atol=1e-5)
+    with pytest.raises(ValueError, match="b is 1000000000.0, outside curve 0, which goes from 0.0 to"):
+        fit.integrate(0, 1e9)
+
+
+def test_derivatives_are_functions_and_splines_go_on_as_scipys_do():
+    interpolate = pytest.importorskip("scipy.interpolate")
+    t = np.cumsum(RNG.uniform(0.5, 2, (30, 6)), axis=1)
+    fit = fc.Natural().fit(CURVES, t=t)
+    u = np.linspace(t[:, 0] - 1, t[:, -1] + 2, 11, axis=1)
+    slope = fit.derivative()
+    assert np.array_equal(slope(u), fit(u, 1)) and np.array_equal(slope.derivative(2)(u), fit(u, 3)) and slope.nu == 1
+    for nu in range(4):
+        made, lists, shared = fit(u, nu, outside="extrapolate"), fit(list(u), nu, outside="extrapolate"), fit(u[0], nu, outside="extrapolate")
+        for i in (0, 7, 29):
+            spline = interpolate.CubicSpline(t[i], CURVES[i], bc_type="natural")
+            assert np.abs(made[i] - spline(u[i], nu)).max() < 1e-10 and np.array_equal(made[i], lists[i])
+            assert np.abs(shared[i] - spline(u[0], nu)).max() < 1e-8 * np.abs(shared[i]).max()
+            assert np.abs(fit.to_ppoly()[i](u[i], nu) - spline(u[i], nu)).max() < 1e-10
+    with pytest.raises(TypeError, match="extrapolate is of splines, and curves of Fair end where their points end: take outside='nan'"):
+        fc.Fair().fit(CURVES)(0.5, outside="extrapolate")
+    with pytest.raises(ValueError, match="nu is -1; orders of derivatives are 0 or more, and integrate has integrals"):
+        fit.derivative(-1)

@@ -3,6 +3,8 @@
 import copy
 import datetime
 import pickle
+import subprocess
+import sys
 import warnings
 
 import numpy as np
@@ -419,3 +421,38 @@ def test_lengths_with_a_unit_are_on_the_ground():
     assert a.hausdorff_distance(b) < 1e-6
     with pytest.raises(ValueError, match="the unit of the points is not known"):
         fc.Smoothing(within="2km").fit(lines)
+
+
+@pytest.mark.parametrize("zone", ["Europe/Berlin", "America/New_York", "UTC", "Asia/Kolkata"])
+def test_days_are_those_of_the_zone(zone):
+    times = pd.date_range("2024-03-29 15:00", periods=40, freq="5h", tz=zone)
+    table = pd.DataFrame({"id": "a", "x": np.arange(40.0), "y": 0.0, "t": times})
+    fit = fc.Natural().fit(fc.from_dataframe(table, by="id", t="t"))
+    for step, days in (("1D", 1), ("D", 1), ("2 days", 2)):
+        found = fit.at(step)["t"]
+        assert (found == found.dt.normalize()).all() and (found.dt.date.diff().dropna() == pd.Timedelta(days=days)).all()
+        assert len(found) == (8 if days == 1 else 4)
+    assert fit.at("6h")["t"].dt.tz_convert("UTC").dt.hour.isin([0, 6, 12, 18]).all()
+    polars = pytest.importorskip("polars")
+    same = fc.Natural().fit(fc.from_dataframe(polars.DataFrame({"id": ["a"] * 40, "x": np.arange(40.0), "y": 0.0, "t": times.to_list()}), by="id", t="t"))
+    theirs = same.at("1D")["t"]
+    assert theirs.dtype.time_zone == zone and [t.isoformat() for t in theirs.to_list()] == [t.isoformat() for t in fit.at("1D")["t"]]
+
+
+def test_polars_with_zones_needs_no_pandas():
+    pytest.importorskip("polars")
+    script = """
+import sys
+sys.modules["pandas"] = None
+import numpy as np, polars as pl, faircurve as fc
+times = pl.datetime_range(pl.datetime(2024, 3, 30), pl.datetime(2024, 4, 2), "6h", time_zone="Europe/Berlin", eager=True)
+table = pl.DataFrame({"ship": ["a"] * len(times), "lon": np.linspace(4, 5, len(times)), "lat": 52.0, "when": times, "kind": "x"})
+fit = fc.Natural(surface="wgs84").fit(fc.from_dataframe(table, by="ship", coords=("lon", "lat"), t="when", carry=["kind"]))
+made = fit.at("1h")
+assert made.schema["when"] == pl.Datetime("us", "Europe/Berlin") and made.columns == ["ship", "when", "lon", "lat", "speed", "heading", "kind"], made.schema
+assert made["when"][0] == times[0] and len(made) == 67, len(made)
+assert fit.at(times[1:3])["when"].to_list() == times[1:3].to_list()
+assert len(fit.at("1D")) == 3
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[-1500:]

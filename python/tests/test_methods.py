@@ -381,3 +381,17 @@ def test_amounts_of_each_curve_are_those_of_fits_alone(name):
         fc.Smoothing(**{name: [1.0, -1.0]})
     with pytest.raises(ValueError, match=f"{name} of each curve is not possible in a surface"):
         fc.Smoothing(surface="sphere", **{name: amounts}).fit(curves)
+
+
+def test_ends_that_rounding_parts_are_one_point():
+    angles = np.linspace(0, 2 * np.pi, 9)
+    ring = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    assert (ring[-1] != ring[0]).any()
+    exact = ring.copy()
+    exact[-1] = exact[0]
+    apart = ring.copy()
+    apart[-1, 1] = 1e-9
+    for scale in (1.0, 1e6, 1e-6):
+        fit = fc.Natural().fit([ring * scale, exact * scale, apart * scale], closed="auto")
+        assert [len(k) for k in fit.knots] == [9, 9, 9] and fit._closed().tolist() == [True, True, False]
+        assert np.array_equal(fit.sample(64)[0], fit.sample(64)[1])

@@ -1,11 +1,14 @@
 """CubicSplineBatch is a loop of SciPy's CubicSpline."""
 
+import pickle
+
 import numpy as np
 import pytest
 
 import faircurve as fc
 
 interpolate = pytest.importorskip("scipy.interpolate")
+CubicSpline = interpolate.CubicSpline
 
 RNG = np.random.default_rng(17)
 CURVES, KNOTS = 1000, 11
@@ -202,3 +205,60 @@ def test_scipys_own_tests_pass(monkeypatch, module, suite, name):
     monkeypatch.setattr(tests, "make_smoothing_spline", smoothing_spline, raising=False)
     own = getattr(getattr(tests, suite)(), name)
     own(*([np] if "xp" in own.__code__.co_varnames[: own.__code__.co_argcount] else []))
+
+
+@pytest.mark.parametrize("boundary", ["not-a-knot", "periodic", ((1, np.arange(6.0).reshape(6, 1)), (2, 0.5))])
+def test_some_of_the_splines_are_the_same_splines(boundary):
+    x, y = np.cumsum(RNG.uniform(0.5, 2, (6, 7)), axis=1), RNG.normal(size=(6, 7, 2))
+    y[:, -1] = y[:, 0]
+    at = np.linspace(x[:, 0] - 0.5, x[:, -1] + 0.5, 9, axis=1)
+    for knots, values in ((x, y), (list(x), list(y)), (x[0], y)):
+        splines = fc.CubicSplineBatch(knots, values, boundary)
+        for which in (4, slice(1, 5, 2), [3, 0], np.arange(6) > 3):
+            rows = np.atleast_1d(np.arange(6)[which])
+            assert np.array_equal(splines[which](list(at[rows])), splines(list(at))[rows[0] : rows[0] + 1] if len(rows) == 1 else [splines(list(at))[k] for k in rows])
+            slopes = splines.derivative()[which]
+            assert np.array_equal(slopes(at[rows]), splines.derivative()(at)[rows]) and len(slopes) == len(rows)
+    assert len(list(splines)) == 6 and splines[-1].extrapolate == splines.extrapolate
+    with pytest.raises(IndexError, match="there is no curve 6 of 6"):
+        splines[6]
+
+
+def test_extrapolation_set_by_hand_is_kept_by_copies_and_parts():
+    splines = fc.CubicSplineBatch(np.arange(5.0), RNG.normal(size=(3, 5)))
+    splines.extrapolate = False
+    for one in (pickle.loads(pickle.dumps(splines)), splines[1:], splines.derivative(), pickle.loads(pickle.dumps(splines.antiderivative(2)))):
+        assert one.extrapolate is False and np.isnan(one(9.0)).all()
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2, -1])
+def test_axes_are_scipys(axis):
+    x, shape = np.arange(5.0), [2, 3, 4]
+    shape[axis] = 5
+    y = RNG.normal(size=(3, *shape))
+    splines = fc.CubicSplineBatch(x, y, axis=axis)
+    own = np.cumsum(RNG.uniform(0.1, 1, (3, 4)), axis=1)
+    for i in range(3):
+        theirs = CubicSpline(x, y[i], axis=axis)
+        for u in (1.5, [0.5, 1.5], [[0.5, 1.5], [2.0, 3.0]]):
+            close(splines(np.array([u])[0] if np.ndim(u) != 2 else np.array(u).reshape(-1))[i], theirs(np.reshape(u, -1) if np.ndim(u) else u))
+        close(splines(own)[i], theirs(own[i]))
+        close(splines(list(own))[i], theirs(own[i]))
+        close(splines.derivative()(0.5)[i], theirs.derivative()(0.5))
+        close(splines.integrate(0, 2.5)[i], theirs.integrate(0, 2.5))
+        close(splines.to_ppoly()[i](own[i]), theirs(own[i]))
+    with pytest.raises(ValueError, match="axis is 3; the values of a curve have 3 axes"):
+        fc.CubicSplineBatch(x, y, axis=3)
+
+
+@pytest.mark.parametrize("extrapolate", [True, False, "periodic"])
+def test_ends_of_integrals_may_be_each_curves_own(extrapolate):
+    x, y = np.cumsum(RNG.uniform(0.5, 2, (5, 8)), axis=1), RNG.normal(size=(5, 8, 2))
+    splines = fc.CubicSplineBatch(x, y)
+    a, b = x[:, 0] + [0.1, 2, -1, 3, 0], x[:, -1] + [0, -5, 1, 9, 0]
+    made = splines.integrate(a, b, extrapolate)
+    for i in range(5):
+        close(made[i], CubicSpline(x[i], y[i]).integrate(a[i], b[i], extrapolate), 1.0)
+        close(splines.integrate(a[i], b, extrapolate)[i], made[i], 1.0)
+    with pytest.raises(ValueError, match="b has the shape"):
+        splines.integrate(0, [1.0, 2])
