@@ -292,7 +292,7 @@ class Borders(unittest.TestCase):
         feedback, started = Feedback(), time.monotonic()
         with mock.patch("faircurve_qgis.program.command", return_value=(endless, None)):
             threading.Timer(1, feedback.cancel).start()
-            self.assertFalse(faircurve_qgis.program.run([], feedback))
+            self.assertFalse(faircurve_qgis.program.run([], feedback, None))
         self.assertLess(time.monotonic() - started, 10)
         self.assertAlmostEqual(feedback.progress(), 0.5)
 
@@ -496,4 +496,7 @@ class Command(unittest.TestCase):
 
 
 if __name__ == "__main__":
-    unittest.main()
+    made = unittest.main(exit=False).result
+    sys.stderr.flush()
+    # Objects of QGIS may crash when the interpreter ends, in any order.
+    os._exit(not made.wasSuccessful())
