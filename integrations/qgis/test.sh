@@ -19,4 +19,4 @@ fi
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 export XDG_RUNTIME_DIR=$work QGIS_CUSTOM_CONFIG_PATH=$work/profile FAIRCURVE_PICTURES=${1:+$(realpath -m "$1")}
-PYTHONPATH=$PWD:$(cd ../../python && pwd):/usr/share/qgis/python/plugins${PYTHONPATH:+:$PYTHONPATH} "$python" -W ignore -m unittest discover --start-directory tests
+PYTHONPATH=$PWD:$(cd ../../python && pwd):/usr/share/qgis/python/plugins${PYTHONPATH:+:$PYTHONPATH} "$python" -W ignore tests/test_plugin.py

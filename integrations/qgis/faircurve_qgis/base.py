@@ -121,11 +121,11 @@ class LayerAlgorithm(Algorithm):
         made = {}
         if given:
             with tempfile.TemporaryDirectory() as folder:
-                before, after = Path(folder) / "before.geojson", Path(folder) / "after.geojson"
-                shapes.write(before, given, crs)
-                if not run([command, str(before), "-o", str(after), "--antimeridian", "keep", *options], feedback, share=0.8):
+                before, after = "before.geojson", "after.geojson"
+                shapes.write(Path(folder) / before, given, crs)
+                if not run([command, before, "-o", after, "--antimeridian", "keep", *options], feedback, folder, share=0.8):
                     return {}
-                made = shapes.read(after)
+                made = shapes.read(Path(folder) / after)
         for number, feature in enumerate(features):
             if feedback.isCanceled():
                 return {}

@@ -46,8 +46,8 @@ def _lines(stream, into):
     into.put(None)
 
 
-def run(arguments, feedback, share=1.0):
-    """Runs the program; returns whether it came to its end, which it does not if the run is cancelled.
+def run(arguments, feedback, folder, share=1.0):
+    """Runs the program in a folder; returns whether it came to its end, which it does not if the run is cancelled.
 
     Its lines go to the feedback. `share` is the part of the progress bar that it fills.
     """
@@ -61,6 +61,7 @@ def run(arguments, feedback, share=1.0):
         encoding="utf-8",
         errors="replace",
         env=environment,
+        cwd=folder,
         **hidden,
     ) as process:
         said = _listen(process, feedback, share)

@@ -158,13 +158,13 @@ Lines of the tracks, if asked for, have M values: seconds since 1970-01-01. Thos
         made = {"OUTPUT": output, **({} if lines is None else {"LINES": lines_output})}
 
         with tempfile.TemporaryDirectory() as folder:
-            before, after = Path(folder) / "before.csv", Path(folder) / "after.csv"
-            if not table.write(before, feedback):
+            before, after = "before.csv", "after.csv"
+            if not table.write(Path(folder) / before, feedback):
                 return made
-            command = ["track", str(before), "-o", str(after), "--columns", table.columns(), "--carry", table.carried()]
-            if not run([*command, "--write", "speed,heading", *words], feedback, share=0.8):
+            command = ["track", before, "-o", after, "--columns", table.columns(), "--carry", table.carried()]
+            if not run([*command, "--write", "speed,heading", *words], feedback, folder, share=0.8):
                 return made
-            table.read(after, sink, lines, feedback)
+            table.read(Path(folder) / after, sink, lines, feedback)
         return made
 
 
