@@ -42,6 +42,14 @@ impl CurveBatch {
         Ok(self)
     }
 
+    /// The same curves, closed where these are. Points stay, also where the last equals the first: in other
+    /// coordinates they may be two.
+    pub(crate) fn closed_as(mut self, closed: Vec<bool>) -> Self {
+        debug_assert_eq!(closed.len(), self.len());
+        self.closed = closed;
+        self
+    }
+
     /// Distances between consecutive points of curve `i`, including the closing chord of a closed
     /// curve.
     pub(crate) fn chords(&self, i: usize) -> impl Iterator<Item = f64> {

@@ -11,6 +11,6 @@ use crate::error::Result;
 pub(crate) fn heights(batch: &CurveBatch, t: Vec<f64>, closing: Vec<f64>) -> Result<CurveBatch> {
     let coords = batch.coords().chunks_exact(3).flat_map(|point| [point[2], 0.0]).collect();
     let closed = (0..batch.len()).map(|i| batch.is_closed(i)).collect::<Vec<_>>();
-    let heights = CurveBatch::from_ragged(2, coords, batch.offsets().to_vec())?.closed_each(closed)?;
+    let heights = CurveBatch::from_ragged(2, coords, batch.offsets().to_vec())?.closed_as(closed);
     heights.with_parameters(t)?.with_closing_spans(closing)
 }

@@ -48,6 +48,23 @@ fn tracks_on_the_globe_go_over_the_pole_and_the_date_line_in_metres() {
 }
 
 #[test]
+fn rings_of_one_height_are_fitted_on_the_globe_with_others() {
+    let folder = folder(
+        "curve,x,y,z,closed\nflat,0,40,7,1\nflat,9,41,7,1\nflat,20,40,7,1\nsloped,0,50,1,1\nsloped,9,51,2,1\nsloped,20,50,3,1\n",
+    );
+    for method in
+        ["--surface wgs84", "--surface wgs84 --method natural", "--surface sphere --method smoothing --smoothing 1"]
+    {
+        let lines = reports(&folder, method, 0);
+        assert!(lines.iter().all(|line| line["status"] == "converged"), "{method} {lines:?}");
+        let text = fs::read_to_string(folder.path().join("out.csv")).unwrap();
+        let height = |line: &str| line.split(',').nth(3).unwrap().parse::<f64>().unwrap();
+        let flat: Vec<f64> = text.lines().filter(|line| line.starts_with("flat")).map(height).collect();
+        assert!(flat.len() > 3 && flat.iter().all(|z| (z - 7.0).abs() < 1e-9), "{method} {flat:?}");
+    }
+}
+
+#[test]
 fn borders_of_geojson_stay_geojson_on_the_globe() {
     let folder = folder("");
     let text = r#"{"type":"FeatureCollection","features":[{"type":"Feature","properties":{"n":1},"geometry":{"type":"LineString","coordinates":[[170,0],[178,6],[-172,2],[-165,8]]}}]}"#;

@@ -161,10 +161,7 @@ impl<'a> Reader<'a> {
 
     fn root(&mut self, root: &'a RawValue) -> Result<()> {
         let members = self.members(root, "the document")?;
-        self.geographic = members.get("crs").is_none_or(|crs| {
-            let crs = crs.get();
-            crs == "null" || ["CRS84", "4326", "WGS84", "WGS 84"].iter().any(|name| crs.contains(name))
-        });
+        self.geographic = members.get("crs").is_none_or(|crs| is_in_degrees(crs.get()));
         match self.kind(&members)?.as_str() {
             "FeatureCollection" => {
                 let Some(features) = members.get("features") else {
@@ -520,6 +517,24 @@ impl<'a> Reader<'a> {
         let groups = self.features.iter().zip(ends).enumerate();
         let groups = groups.map(|(number, ((first, name), end))| (number, name.as_ref(), end - first));
         grouped_names(&groups.filter(|(.., count)| *count > 0).collect::<Vec<_>>(), part)
+    }
+}
+
+/// Geographic coordinate reference systems: those of EPSG by their codes, and names that files give.
+const GEOGRAPHIC: [&str; 25] = [
+    "4326", "4979", "4258", "4937", "4269", "4267", "4283", "7844", "4617", "4674", "4490", "4612", "6668", "4167",
+    "4171", "4277", "4230", "4322", "CRS84", "CRS84h", "CRS83", "CRS27", "WGS 84", "WGS84", "ETRS89",
+];
+
+/// Whether an old `crs` member is of longitudes and latitudes in degrees, as it is where it is null.
+fn is_in_degrees(crs: &str) -> bool {
+    let Ok(crs) = serde_json::from_str::<serde_json::Value>(crs) else { return false };
+    // urn:ogc:def:crs:EPSG::4326, EPSG:4326, http://www.opengis.net/def/crs/OGC/1.3/CRS84. "WGS 84 / UTM zone 33N" is
+    // in metres.
+    let code = |name: &str| GEOGRAPHIC.contains(&name.rsplit([':', '/']).next().unwrap_or(name));
+    match crs["properties"]["name"].as_str().or(crs.as_str()) {
+        Some(name) => code(name),
+        None => crs.is_null() || crs["properties"]["code"].as_u64().is_some_and(|number| code(&number.to_string())),
     }
 }
 

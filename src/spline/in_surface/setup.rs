@@ -59,7 +59,7 @@ impl Points {
 
     /// Natural splines through the points, clamped at ends with a velocity.
     fn splines(self) -> Result<CubicSplines> {
-        let batch = CurveBatch::from_ragged(3, self.coords, ragged::offsets(self.counts))?.closed_each(self.closed)?;
+        let batch = CurveBatch::from_ragged(3, self.coords, ragged::offsets(self.counts))?.closed_as(self.closed);
         let batch = batch.with_parameters(self.t)?.with_closing_spans(self.closing)?;
         let tangents = Some(self.tangents);
         let batch = batch.with_constraints(Constraints { tangents, ..Constraints::default() })?;

@@ -110,7 +110,16 @@ fn polygons_across_the_antimeridian_stay_whole_and_those_round_a_pole_too() {
     assert_eq!(read(round), [[-180.0, -120.0, 0.0, 120.0, 180.0, 180.0, -180.0]]);
     let metres = r#"{"type":"LineString","coordinates":[[0,2000],[300,2000]]}"#;
     assert_eq!(read(metres), [[0.0, 300.0]]);
-    let projected = r#"{"type":"FeatureCollection","crs":{"properties":{"name":"urn:ogc:def:crs:EPSG::3857"}},"features":[
-        {"type":"Feature","geometry":{"type":"LineString","coordinates":[[0,20],[300,20]]}}]}"#;
-    assert_eq!(read(projected), [[0.0, 300.0]]);
+    let named = |name: &str| {
+        format!(
+            r#"{{"type":"FeatureCollection","crs":{{"properties":{{"name":"{name}"}}}},"features":[
+            {{"type":"Feature","geometry":{{"type":"LineString","coordinates":[[0,20],[300,20]]}}}}]}}"#
+        )
+    };
+    for metres in ["urn:ogc:def:crs:EPSG::3857", "EPSG:25833", "WGS 84 / UTM zone 33N", "urn:ogc:def:crs:EPSG::43260"] {
+        assert_eq!(read(&named(metres)), [[0.0, 300.0]], "{metres}");
+    }
+    for degrees in ["urn:ogc:def:crs:OGC:1.3:CRS84", "EPSG:4326", "urn:ogc:def:crs:EPSG::4258", "EPSG:4269", "WGS 84"] {
+        assert_eq!(read(&named(degrees)), [[0.0, -60.0]], "{degrees}");
+    }
 }
