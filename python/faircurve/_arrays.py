@@ -60,6 +60,8 @@ class Ragged(Generic[ArrayT]):
     t: Floats | None = None
     clock: Any = None
     degrees: bool = False
+    #: The unit of coordinates, such as "metre", where a CRS says so.
+    unit: str | None = None
     #: Whether all curves are rings of polygons of a table's rows, which may share borders.
     polygons: bool = False
     #: The table that the curves were read from, the number of its rows, and the row of every point.

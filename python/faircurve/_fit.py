@@ -671,6 +671,7 @@ class Fit(Generic[ArrayT]):
             t=None if curves.t is None else np.concatenate([curves.t[a:b] for a, b in ends] or [curves.t[:0]]),
             clock=curves.clock,
             degrees=curves.degrees,
+            unit=curves.unit,
             table=None if curves.table is None else curves.table.of(numbers),
         )
         recipe: Any = _Selection(self, numbers)

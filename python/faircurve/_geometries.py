@@ -46,6 +46,7 @@ def ragged(geometries: Any) -> Ragged[Any]:
         index=None if series is None else series.index,
         t=_measures(lines),
         degrees=crs is not None and crs.is_geographic,
+        unit=None if crs is None else crs.axis_info[0].unit_name,
         polygons=series is not None and len(lines) > 0 and all("Polygon" in one.geom_type for one in given if one is not None),
     )
 

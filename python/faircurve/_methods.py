@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict, TypeVar, overload
 
 import numpy as np
@@ -293,7 +293,10 @@ class Smoothing(Method):
     parametrisation : {"auto", "chord", "centripetal", "uniform", "given"}
         Where no ``t`` is given, "auto" is chord lengths.
     surface, off_surface
-        As in :class:`Natural`. Splines in a surface take ``lam`` or ``tube``; on a globe distances are in metres.
+        As in :class:`Natural`. Splines in a surface take ``lam``, ``deviation`` or ``tube``; on a globe distances are in metres.
+    units : {"m"}, optional
+        "m" takes distances as metres whatever the CRS of geometries is: in degrees curves lie on the ellipsoid then, as with
+        ``surface="wgs84"``, and a CRS in another unit is refused.
 
     Examples
     --------
@@ -314,6 +317,7 @@ class Smoothing(Method):
     parametrisation: Parametrisation = "auto"
     surface: Surface | None = None
     off_surface: float | None = None
+    units: Literal["m"] | None = None
 
     def __post_init__(self) -> None:
         amounts = {"lam": self.lam, "deviation": self.deviation, "tube": self.tube, "within": self.within}
@@ -334,6 +338,8 @@ class Smoothing(Method):
             _number("corners", self.corners, above=False)
         _word("parametrisation", self.parametrisation, _PARAMETRISATIONS)
         _number("off_surface", self.off_surface)
+        if self.units is not None:
+            _word("units", self.units, ("m",))
 
     @overload
     def fit(self, curves: NDArray[Any], **options: Unpack[_OfSmoothing]) -> Fit[Floats]: ...
@@ -359,6 +365,9 @@ class Smoothing(Method):
             return fitted(self, *values, {"t": t, "closed": closed, "tangents": tangents, "weights": weights, "pinned": pinned, "topology": topology, "device": device, "precision": precision})
         given = ragged(curves)
         _places(device, precision)
+        if self.units is not None:
+            method = self._in_metres(given)
+            return method.fit(given, t=t, closed=closed, tangents=tangents, weights=weights, pinned=pinned, topology=topology, device=device, precision=precision)
         if name != "lam" and not isinstance(value, str):
             warn_of_degrees(given, (self,), name)
         shares = _shares(topology, given, closed) and self.surface is None
@@ -374,6 +383,20 @@ class Smoothing(Method):
             self, t=t, closed=closed, tangents=tangents, weights=weights, pinned=pinned, topology=shares, device=device, precision=precision
         )
         return Fit(fit, given, fit.dimension, clock, recipe)
+
+
+    def _in_metres(self, curves: Ragged[Any]) -> Smoothing:
+        """The method that takes distances in metres for these curves."""
+        if curves.unit is None:
+            raise ValueError('units is "m", and the curves have no CRS: set one, or give distances in the unit of the points')
+        if not curves.degrees and curves.unit not in ("metre", "meter"):
+            raise ValueError(f"units is \"m\", and the CRS is in {curves.unit}: use 'GeoSeries.to_crs()' to re-project geometries to one in metres")
+        if curves.degrees and self.within is not None:
+            raise ValueError(
+                "Geometry is in a geographic CRS, and within is of the plane. Use 'GeoSeries.to_crs()' to re-project geometries to a "
+                "projected CRS before this operation."
+            )
+        return replace(self, units=None, surface=(self.surface or "wgs84") if curves.degrees else self.surface)
 
 
 @dataclass(frozen=True)

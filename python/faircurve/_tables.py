@@ -196,7 +196,7 @@ def from_dataframe(table: Any, *, by: str | None = None, coords: Sequence[str] =
     made = _Table(
         kind, n, by, names, tuple(coords), t, own, clock, offsets, {name: np.asarray(table[name].to_numpy())[order] for name in carry}
     )
-    return Ragged(np.stack(columns, axis=1), offsets, _list_back, t=own, clock=clock, degrees=made.is_in_degrees(), table=made, order=order)
+    return Ragged(np.stack(columns, axis=1), offsets, _list_back, t=own, clock=clock, degrees=made.is_in_degrees(), unit="degree" if made.is_in_degrees() else None, table=made, order=order)
 
 
 def _labels(table: Any, by: str | None, kind: str) -> tuple[NDArray[np.int64], Any]:

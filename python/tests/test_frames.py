@@ -437,3 +437,22 @@ assert len(fit.at("1D")) == 3
 """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-1500:]
+
+
+def test_metres_are_metres_in_every_crs():
+    th, noise = np.linspace(0, 6, 60), np.random.default_rng(0).normal(scale=10, size=(2, 60))
+    metres = gpd.GeoSeries([LineString(np.stack([500_000 + 1000 * th + noise[0], 6_000_000 + 300 * np.sin(th) + noise[1]], axis=1))], crs=32632)
+    made = fc.Smoothing(deviation=20, units="m")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        plain, globe = made.fit(metres), made.fit(metres.to_crs(4326))
+        there = globe.sample(per_span=4).to_crs(32632)
+    assert plain.sample(per_span=4).hausdorff_distance(there).iloc[0] < 1
+    assert globe.report()["max_deviation"].iloc[0] <= 20.001 and abs(globe.length.iloc[0] / plain.length.iloc[0] - 1) < 1e-3
+    for curves, method, sentence in (
+        (metres.to_crs(4326), fc.Smoothing(within=20, units="m"), "Geometry is in a geographic CRS, and within is of the plane. Use 'GeoSeries.to_crs"),
+        (metres.to_crs(2263), made, 'units is "m", and the CRS is in US survey foot'),
+        ([np.zeros((3, 2))], made, 'units is "m", and the curves have no CRS'),
+    ):
+        with pytest.raises(ValueError, match=sentence):
+            method.fit(curves)
