@@ -17,6 +17,8 @@ def values_of(curves: Any, t: Any) -> tuple[Ragged[Any], bool] | None:
 
     They need ``t``: arrays of points with their axes in another order would pass for values.
     """
+    if isinstance(curves, Ragged) and curves.coords.shape[1] not in (2, 3) and (t is not None or curves.t is not None):
+        return curves, curves.back in (_numbers_back, _lists_of_numbers_back)
     if t is None:
         return None
     if isinstance(curves, np.ndarray) and curves.dtype != object and curves.ndim in (2, 3):
@@ -49,7 +51,8 @@ def fitted(method: Any, values: Ragged[Any], plain: bool, options: dict[str, Any
         raise ValueError(f"closed is of points of 2 or 3 coordinates, and values have {width}: CubicSplineBatch(t, values, 'periodic') takes them")
     if method.parametrisation not in ("auto", "given"):
         raise ValueError(f"parametrisation is {method.parametrisation!r}, and values of {width} numbers have the parameters t: leave it out")
-    t, clock = _times.times(options["t"], values)
+    given: Any = values.t
+    t, clock = (given, values.clock) if options.get("t") is None else _times.times(options["t"], values)
     tangents = None if options.get("tangents") is None else vectors_per_point(options["tangents"], values, "tangents")
     others = {name: value for name, value in options.items() if name not in ("t", "tangents", "closed", "topology") and value is not None}
     if "weights" in others:
@@ -57,7 +60,7 @@ def fitted(method: Any, values: Ragged[Any], plain: bool, options: dict[str, Any
     fits = []
     for k in range(0, width, 2):
         columns = values.coords[:, k : k + 2]
-        points = replace(values, coords=np.column_stack([t, columns]), back=_list_back, t=t)
+        points = replace(values, coords=np.column_stack([t, columns]), back=_list_back, t=t, clock=None)
         if tangents is not None:
             slopes = np.column_stack([np.where(np.isnan(tangents[:, k]), np.nan, 1.0), tangents[:, k : k + 2]])
             others["tangents"] = split(slopes, values.offsets)

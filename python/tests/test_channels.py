@@ -1,5 +1,7 @@
 """Values of one number, or of more than three: what SciPy gives for each of them."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -14,7 +16,7 @@ WEIGHTS = RNG.uniform(0.5, 2, (20, 9))
 
 @pytest.mark.parametrize("width", [0, 1, 4, 5, 7])
 @pytest.mark.parametrize("kind", ["natural", "smoothing"])
-def test_values_of_any_width_are_scipys(kind, width):
+def test_values_of_any_width_are_scipys(kind, width, tmp_path):
     y = RNG.normal(size=(20, 9, *([width] if width else [])))
     y[3] = 2.0
     y[4, 3:6] = y[4, 2]
@@ -33,6 +35,9 @@ def test_values_of_any_width_are_scipys(kind, width):
     assert all(np.array_equal(a, b) for a, b in zip(lists.sample(6), fit.sample(6)))
     assert all(np.array_equal(a, b) for a, b in zip(lists(list(U)), made))
     assert np.array_equal(fit[[3, 7]].sample(6), fit.sample(6)[[3, 7]])
+    fit.save(tmp_path / "fit.npz")
+    for again in (pickle.loads(pickle.dumps(fit)), fc.load(tmp_path / "fit.npz"), pickle.loads(pickle.dumps(lists))):
+        assert np.array_equal(again(U), made) and np.array_equal(again.sample(6), fit.sample(6))
     out = np.empty(fit.sample(6).shape)
     assert np.shares_memory(fit.sample(6, out=out), out) and np.array_equal(out, fit.sample(6))
 
