@@ -64,5 +64,5 @@ cp -r tests examples pyproject.toml README.md "$work/run"
 for example in examples/*.py; do
   echo "--- $example"
   MPLBACKEND=Agg "$tools/bin/python" "$example" "$work/picture.png"
-  rm "$work/picture.png"
+  rm -f "$work/picture.png"
 done

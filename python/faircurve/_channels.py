@@ -13,17 +13,24 @@ from ._fit import Fit
 
 
 def values_of(curves: Any, t: Any) -> tuple[Ragged[Any], bool] | None:
-    """Values of other than two or three numbers, and whether they are plain numbers; None for points."""
+    """Values of other than two or three numbers, and whether they are plain numbers; None for points.
+
+    They need ``t``: arrays of points with their axes in another order would pass for values.
+    """
+    if isinstance(curves, Ragged) and curves.coords.shape[1] not in (2, 3) and (t is not None or curves.t is not None):
+        return curves, curves.back in (_numbers_back, _lists_of_numbers_back)
+    if t is None:
+        return None
     if isinstance(curves, np.ndarray) and curves.dtype != object and curves.ndim in (2, 3):
         plain = curves.ndim == 2
-        if plain and t is None or not plain and curves.shape[2] in (2, 3):
+        if not plain and curves.shape[2] in (2, 3):
             return None
         count, points = curves.shape[:2]
         flat = floats(curves, "values").reshape(count * points, -1)
         return Ragged(flat, np.arange(count + 1, dtype=np.int64) * points, _numbers_back if plain else _array_back), plain
     if isinstance(curves, (list, tuple)) and curves and all(isinstance(one, np.ndarray) for one in curves) and len({one.ndim for one in curves}) == 1:
         plain = curves[0].ndim == 1
-        if plain and t is None or not plain and (curves[0].ndim != 2 or curves[0].shape[1] in (2, 3)) or len({one.shape[1:] for one in curves}) > 1:
+        if not plain and (curves[0].ndim != 2 or curves[0].shape[1] in (2, 3)) or len({one.shape[1:] for one in curves}) > 1:
             return None
         lists = [floats(one, f"the values of curve {i}") for i, one in enumerate(curves)]
         flat = np.concatenate(lists).reshape(sum(map(len, lists)), -1)
@@ -42,8 +49,10 @@ def fitted(method: Any, values: Ragged[Any], plain: bool, options: dict[str, Any
         raise ValueError(f"{kind} with {unfit[0]} is of points of 2 or 3 coordinates, and values have {width}: fit Natural() or Smoothing(lam=0.1), which are linear")
     if options.get("closed") is not None and np.any(np.asarray(options["closed"]) != False):  # noqa: E712
         raise ValueError(f"closed is of points of 2 or 3 coordinates, and values have {width}: CubicSplineBatch(t, values, 'periodic') takes them")
-    is_own = options.get("t") is None or method.parametrisation not in ("auto", "given")
-    t, clock = (_parameters(method, values), None) if is_own else _times.times(options["t"], values)
+    if method.parametrisation not in ("auto", "given"):
+        raise ValueError(f"parametrisation is {method.parametrisation!r}, and values of {width} numbers have the parameters t: leave it out")
+    given: Any = values.t
+    t, clock = (given, values.clock) if options.get("t") is None else _times.times(options["t"], values)
     tangents = None if options.get("tangents") is None else vectors_per_point(options["tangents"], values, "tangents")
     others = {name: value for name, value in options.items() if name not in ("t", "tangents", "closed", "topology") and value is not None}
     if "weights" in others:
@@ -51,28 +60,13 @@ def fitted(method: Any, values: Ragged[Any], plain: bool, options: dict[str, Any
     fits = []
     for k in range(0, width, 2):
         columns = values.coords[:, k : k + 2]
-        points = replace(values, coords=np.column_stack([t, columns]), back=_list_back, t=t)
+        points = replace(values, coords=np.column_stack([t, columns]), back=_list_back, t=t, clock=None)
         if tangents is not None:
             slopes = np.column_stack([np.where(np.isnan(tangents[:, k]), np.nan, 1.0), tangents[:, k : k + 2]])
             others["tangents"] = split(slopes, values.offsets)
         fits.append(replace(method, parametrisation="given").fit(points, **others)._fit)
     recipe = (method, {name: value for name, value in options.items() if value is not None})
     return Fit(_Joined(fits, values, t), values, width, clock, recipe, plain=plain)
-
-
-def _parameters(method: Any, values: Ragged[Any]) -> Floats:
-    """Parameters by distances of all numbers together, as of points."""
-    word = method.parametrisation
-    if word == "given":
-        raise ValueError('parametrisation is "given", and t is missing')
-    steps = np.linalg.norm(np.diff(values.coords, axis=0, prepend=values.coords[:1]), axis=1)
-    own = np.ones(len(steps)) if word == "uniform" else np.sqrt(steps) if word == "centripetal" or word == "auto" and type(method).__name__ == "Natural" else steps
-    t = np.empty(len(steps))
-    for a, b in zip(values.offsets[:-1].tolist(), values.offsets[1:].tolist()):
-        along = np.concatenate([[0.0], np.cumsum(own[a + 1 : b])]) if b > a else own[:0]
-        # The last parameter is the length of the polygon.
-        t[a:b] = along if word == "uniform" or b - a < 2 or along[-1] == 0 else along * (steps[a + 1 : b].sum() / along[-1])
-    return t
 
 
 class _Joined:

@@ -338,7 +338,26 @@ class Fit(Generic[ArrayT]):
     @overload
     def curvature(self, u: Any) -> Floats: ...
     def curvature(self, u: Any) -> Any:
-        """Curvatures (1/length) at parameters; in the plane positive to the left. Shapes are those of a call, without d."""
+        """Curvatures at parameters.
+
+        Parameters
+        ----------
+        u : float, (m,) array, or a list of B arrays
+            Parameters, as of a call.
+
+        Returns
+        -------
+        (B, m) array, (B,) for one parameter, or a list of arrays (m_i,)
+            1/length; in the plane positive to the left, in space at least 0.
+
+        Examples
+        --------
+        >>> import numpy as np, faircurve as fc
+        >>> angles = np.arange(24) * np.pi / 12
+        >>> ring = fc.Natural().fit(2 * np.stack([np.cos(angles), np.sin(angles)], axis=1)[None], closed=True)
+        >>> ring.curvature([0.0, 1.0]).round(2).tolist()
+        [[0.5, 0.5]]
+        """
         flat, offsets, shape = self._within(*self._parameters(u), None)
         return self._shaped(self._fit.curvature(flat, offsets), shape, ())
 
@@ -690,7 +709,26 @@ class Fit(Generic[ArrayT]):
         return self._fit.batch.closed
 
     def to_svg(self, width: float = 800.0, points: bool = True) -> str:
-        """The curves and their points as a picture."""
+        """The curves and their points as a picture.
+
+        Parameters
+        ----------
+        width : float
+            Pixels, 800 by default.
+        points : bool
+            Whether points are drawn too, as they are by default.
+
+        Returns
+        -------
+        str
+            An SVG file.
+
+        Examples
+        --------
+        >>> import faircurve as fc
+        >>> fc.Natural().fit([[(0, 0), (1, 1), (2, 0)]]).to_svg()[:4]
+        '<svg'
+        """
         return self._fit.svg(width, points)
 
     def _repr_svg_(self) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypedDict, TypeVar, overload
 
 import numpy as np
@@ -295,7 +295,10 @@ class Smoothing(Method):
     parametrisation : {"auto", "chord", "centripetal", "uniform", "given"}
         Where no ``t`` is given, "auto" is chord lengths.
     surface, off_surface
-        As in :class:`Natural`. Splines in a surface take ``lam`` or ``tube``; on a globe distances are in metres.
+        As in :class:`Natural`. Splines in a surface take ``lam``, ``deviation`` or ``tube``; on a globe distances are in metres.
+    units : {"m"}, optional
+        "m" takes distances as metres whatever the CRS of geometries is. In degrees curves lie on the ellipsoid then, as with
+        ``surface="wgs84"``, and those ``within`` a distance are measured on the ground.
 
     Examples
     --------
@@ -316,6 +319,7 @@ class Smoothing(Method):
     parametrisation: Parametrisation = "auto"
     surface: Surface | None = None
     off_surface: float | None = None
+    units: Literal["m"] | None = None
 
     def __post_init__(self) -> None:
         amounts = {"lam": self.lam, "deviation": self.deviation, "tube": self.tube, "within": self.within}
@@ -343,6 +347,8 @@ class Smoothing(Method):
             _number("corners", self.corners, above=False)
         _word("parametrisation", self.parametrisation, _PARAMETRISATIONS)
         _number("off_surface", self.off_surface)
+        if self.units is not None:
+            _word("units", self.units, ("m",))
 
     @overload
     def fit(self, curves: NDArray[Any], **options: Unpack[_OfSmoothing]) -> Fit[Floats]: ...
@@ -355,10 +361,48 @@ class Smoothing(Method):
     @overload
     def fit(self, curves: Kind, **options: Unpack[_OfSmoothing]) -> Fit[Kind]: ...
     def fit(self, curves: Any, *, t: Any = None, closed: Closed = None, tangents: Any = None, weights: Any = None, pinned: Any = None, topology: bool | None = None, device: str = "auto", precision: Precision = "auto") -> Fit[Any]:
-        """Fits every curve. ``weights`` are positive numbers, one a point; ``pinned`` flags points that stay. ``tangents`` are
-        met in a surface alone, at ends that stay.
+        """Fits every curve.
 
-        The other arguments are those of :meth:`Natural.fit`.
+        Parameters
+        ----------
+        curves
+            Any batch: see :func:`faircurve.ragged`.
+        t : optional
+            Parameters of the points, increasing along each curve: numbers or dates, shaped as the curves are, or one list for all.
+        closed : bool, "auto" or (B,) flags, optional
+            Which curves are closed; by default rings of geometries alone. "auto" closes those whose last point repeats their first.
+        tangents : optional
+            A vector per point (units of the input by those of t), NaN where there is none. Met in a surface alone, at ends that stay.
+        weights : optional
+            Positive numbers, one per point, 1 by default.
+        pinned : optional
+            Flags of points that stay, one per point. By default none, and the ends of open curves as ``pin_ends`` says.
+        topology : bool, optional
+            Whether borders that curves share are found and stay shared. By default of polygons of a GeoSeries or GeoDataFrame.
+        device : {"auto", "cpu", "gpu", "gpu:N", "pci:0000:65:00.0"}
+            What does the work; "auto", the default, is a GPU where it is sooner.
+        precision : {"auto", "f32", "f64"}
+            Of a GPU's arithmetic.
+
+        Returns
+        -------
+        Fit
+            Of the curves in their order.
+
+        Raises
+        ------
+        ValueError
+            Arguments that make no sense. A bad curve is no error: see ``Fit.status``.
+        RuntimeError
+            A GPU that was asked for and is not there.
+
+        Examples
+        --------
+        >>> import numpy as np, faircurve as fc
+        >>> curves = np.random.default_rng(0).normal(size=(100, 12, 2)).cumsum(axis=1)
+        >>> fit = fc.Smoothing(lam=0.1).fit(curves, weights=np.ones((100, 12)))
+        >>> fit.sample(50).shape
+        (100, 50, 2)
         """
         amounts = {"lam": self.lam, "deviation": self.deviation, "tube": self.tube, "within": self.within}
         name, value = next((name, value) for name, value in amounts.items() if value is not None)
@@ -368,6 +412,9 @@ class Smoothing(Method):
             return fitted(self, *values, {"t": t, "closed": closed, "tangents": tangents, "weights": weights, "pinned": pinned, "topology": topology, "device": device, "precision": precision})
         given = ragged(curves)
         _places(device, precision)
+        if self.units is not None:
+            method = self._in_metres(given)
+            return method.fit(given, t=t, closed=closed, tangents=tangents, weights=weights, pinned=pinned, topology=topology, device=device, precision=precision)
         if name != "lam" and not isinstance(value, str):
             warn_of_degrees(given, (self,), name)
         shares = _shares(topology, given, closed) and self.surface is None
@@ -389,6 +436,17 @@ class Smoothing(Method):
             self, t=t, closed=closed, tangents=tangents, weights=weights, pinned=pinned, topology=shares, device=device, precision=precision
         )
         return Fit(fit, given, fit.dimension, clock, recipe)
+
+    def _in_metres(self, curves: Ragged[Any]) -> Smoothing:
+        """The method for these curves whose distances are metres."""
+        if curves.degrees:
+            if self.within is None:
+                return replace(self, units=None, surface=self.surface or "wgs84")
+            return replace(self, units=None, within=self.within if isinstance(self.within, str) else f"{self.within}m")
+        if (unit := curves.metres) is None:
+            raise ValueError('units is "m", and the curves have no CRS: set one, or give distances in the unit of the points')
+        distances = {name: getattr(self, name) for name in ("deviation", "tube", "within")}
+        return replace(self, units=None, **{name: np.divide(value, unit) for name, value in distances.items() if value is not None and not isinstance(value, str)})
 
 
 @dataclass(frozen=True)
@@ -532,13 +590,58 @@ class Fair(Method):
     @overload
     def fit(self, curves: Kind, **options: Unpack[_OfFair]) -> Fit[Kind]: ...
     def fit(self, curves: Any, *, t: Any = None, closed: Closed = None, tangents: Any = None, curvatures: Any = None, weights: Any = None, pinned: Any = None, largest_curvatures: Any = None, corridors: Any = None, widths: Any = None, topology: bool | None = None, device: str = "auto", precision: Precision = "auto") -> Fit[Any]:
-        """Fits every curve. ``tangents`` and ``curvatures`` (vectors, NaN where there are none) are met at their points; ``curvatures`` ask for variation.
+        """Fits every curve.
 
-        ``largest_curvatures`` bound the span that begins at each point (1/length, NaN: not at all). ``corridors`` are
-        half-widths about the chord that begins there (units of the input, NaN: none). ``widths`` are those to the left and to the
-        right of each planar point, a row each.
+        Parameters
+        ----------
+        curves
+            Any batch: see :func:`faircurve.ragged`.
+        t : optional
+            Parameters of the points, increasing along each curve: numbers or dates, shaped as the curves are, or one list for all.
+        closed : bool, "auto" or (B,) flags, optional
+            Which curves are closed; by default rings of geometries alone. "auto" closes those whose last point repeats their first.
+        tangents : optional
+            A vector per point that the curve runs along there, NaN where there is none. Its length means nothing.
+        curvatures : optional
+            A vector per point, the second derivative by arc length (1/length), NaN where there is none; the energy must hold variation.
+        weights : optional
+            Positive numbers of an attachment, one per point, 1 by default.
+        pinned : optional
+            Flags of points that stay, one per point; by default as ``pins`` says.
+        largest_curvatures : optional
+            Bounds of the span that begins at each point (1/length), NaN for none.
+        corridors : optional
+            Half-widths about the chord that begins at each point (units of the input), NaN for none.
+        widths : optional
+            Half-widths to the left and to the right of each planar point (units of the input), a row each.
+        topology : bool, optional
+            Whether borders that curves share are found and stay shared. By default of polygons of a GeoSeries or GeoDataFrame.
+        device : {"auto", "cpu", "gpu", "gpu:N", "pci:0000:65:00.0"}
+            What does the work; "auto", the default, is a GPU where it is sooner.
+        precision : {"auto", "f32", "f64"}
+            Of a GPU's arithmetic.
 
-        The other arguments are those of :meth:`Natural.fit`.
+        Returns
+        -------
+        Fit
+            Of the curves in their order.
+
+        Raises
+        ------
+        ValueError
+            Arguments that make no sense. A bad curve is no error: see ``Fit.status``.
+        RuntimeError
+            A GPU that was asked for and is not there.
+
+        Examples
+        --------
+        >>> import numpy as np, faircurve as fc
+        >>> lanes = np.random.default_rng(0).normal(size=(20, 5, 2)) * 0.3 + 3 * np.arange(5)[:, None]
+        >>> ends = np.full(lanes.shape, np.nan)
+        >>> ends[:, 0] = [1, 1]
+        >>> fit = fc.Fair(per_span=8).fit(lanes, tangents=ends)
+        >>> fit.sample(33).shape
+        (20, 33, 2)
         """
         default = (bending() if self.surface is None else geodesic_bending()) + tautness()
         energy = default if self.energy is None else energy_of(self.energy)
@@ -683,7 +786,40 @@ class Geodesic(Method):
     @overload
     def fit(self, curves: Kind, **options: Unpack[_OfGeodesic]) -> Fit[Kind]: ...
     def fit(self, curves: Any, *, t: Any = None, closed: Closed = None, device: str = "auto", precision: Precision = "auto") -> Fit[Any]:
-        """Fits every curve. The arguments are those of :meth:`Natural.fit`."""
+        """Fits every curve.
+
+        Parameters
+        ----------
+        curves
+            Any batch: see :func:`faircurve.ragged`.
+        t : optional
+            Parameters of the points, increasing along each curve: numbers or dates, shaped as the curves are, or one list for all.
+        closed : bool, "auto" or (B,) flags, optional
+            Which curves are closed; by default rings of geometries alone. "auto" closes those whose last point repeats their first.
+        device : {"auto", "cpu", "gpu", "gpu:N", "pci:0000:65:00.0"}
+            What does the work; "auto", the default, is a GPU where it is sooner.
+        precision : {"auto", "f32", "f64"}
+            Of a GPU's arithmetic.
+
+        Returns
+        -------
+        Fit
+            Of the curves in their order.
+
+        Raises
+        ------
+        ValueError
+            Arguments that make no sense. A bad curve is no error: see ``Fit.status``.
+        RuntimeError
+            A GPU that was asked for and is not there.
+
+        Examples
+        --------
+        >>> import faircurve as fc
+        >>> fit = fc.Geodesic("sphere:1").fit([[(0, 0), (90, 0)]])
+        >>> round(float(fit.length[0]), 3)
+        1.571
+        """
         fair = Fair(
             geodesic_bending(), self.per_span, pins="ends", surface=self.surface, off_surface=self.off_surface, corners=0.0,
             tolerance=self.tolerance, max_iterations=self.max_iterations,
@@ -743,9 +879,41 @@ class Smooth(Method):
     @overload
     def fit(self, curves: Kind, **options: Unpack[_OfSmooth]) -> Fit[Kind]: ...
     def fit(self, curves: Any, *, closed: Closed = None, tangents: Any = None, exponents: Any = None, device: str = "auto", precision: Precision = "auto") -> Fit[Any]:
-        """Fits every curve. ``exponents`` are those of single spans, one a point (NaN: the method's).
+        """Fits every curve.
 
-        The other arguments are those of :meth:`Natural.fit`.
+        Parameters
+        ----------
+        curves
+            Any batch: see :func:`faircurve.ragged`.
+        closed : bool, "auto" or (B,) flags, optional
+            Which curves are closed; by default rings of geometries alone. "auto" closes those whose last point repeats their first.
+        tangents : optional
+            A vector per point that the curve runs along there, NaN where there is none. Its length means nothing.
+        exponents : optional
+            The exponent of the span that begins at each point, NaN for the method's.
+        device : {"auto", "cpu", "gpu", "gpu:N", "pci:0000:65:00.0"}
+            What does the work; "auto", the default, is a GPU where it is sooner.
+        precision : {"auto", "f32", "f64"}
+            Of a GPU's arithmetic.
+
+        Returns
+        -------
+        Fit
+            Of the curves in their order.
+
+        Raises
+        ------
+        ValueError
+            Arguments that make no sense. A bad curve is no error: see ``Fit.status``.
+        RuntimeError
+            A GPU that was asked for and is not there.
+
+        Examples
+        --------
+        >>> import faircurve as fc
+        >>> fit = fc.Smooth().fit([[(0, 0), (1, 1), (2, 0)]], exponents=[[3, 3, 3]])
+        >>> fit.status.tolist()
+        ['converged']
         """
         given = ragged(curves)
         _places(device, precision)

@@ -26,7 +26,7 @@ from ._tables import _Table
 from ._times import Clock
 
 _CLASSES: dict[str, Any] = {one.__name__: one for one in (Natural, Smoothing, Fair, Smooth, Geodesic, Energy, HeightField, Mesh, Ragged, Clock, _Table)}
-_BACKS = {one.__name__: one for one in (_arrays._array_back, _arrays._list_back, _arrays._pair_back, _arrays._awkward_back, _arrays._sequence_back)}
+_BACKS = {one.__name__: one for one in (_arrays._array_back, _arrays._list_back, _arrays._pair_back, _arrays._awkward_back, _arrays._sequence_back, _arrays._numbers_back, _arrays._lists_of_numbers_back)}
 
 
 def save(fit: Fit[Any], path: str | PathLike[str]) -> None:

@@ -456,3 +456,24 @@ assert len(fit.at("1D")) == 3
 """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr[-1500:]
+
+
+def test_metres_are_metres_in_every_crs():
+    th, noise = np.linspace(0, 6, 60), np.random.default_rng(0).normal(scale=10, size=(2, 60))
+    metres = gpd.GeoSeries([LineString(np.stack([500_000 + 1000 * th + noise[0], 6_000_000 + 300 * np.sin(th) + noise[1]], axis=1))], crs=32632)
+    made = fc.Smoothing(deviation=20, units="m")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        plain, globe = made.fit(metres), made.fit(metres.to_crs(4326))
+        there = globe.sample(per_span=4).to_crs(32632)
+    assert plain.sample(per_span=4).hausdorff_distance(there).iloc[0] < 1
+    assert globe.report()["max_deviation"].iloc[0] <= 20.001 and abs(globe.length.iloc[0] / plain.length.iloc[0] - 1) < 1e-3
+    ground = fc.Smoothing(within=20, units="m")
+    a, b = ground.fit(metres).sample(200), ground.fit(metres.to_crs(4326)).sample(200).to_crs(32632)
+    # Two projections of one band: a tenth of the distance.
+    assert a.hausdorff_distance(b).iloc[0] < 2
+    feet = metres.to_crs(epsg=2263)
+    unit = feet.crs.axis_info[0].unit_conversion_factor
+    assert fc.Smoothing(deviation=[20], units="m").fit(feet).sample(50).geom_equals(fc.Smoothing(deviation=20 / unit).fit(feet).sample(50)).all()
+    with pytest.raises(ValueError, match='units is "m", and the curves have no CRS'):
+        made.fit([np.zeros((3, 2))])

@@ -80,6 +80,16 @@ def test_parameters_may_be_a_column():
     assert made["fair_t"].to_pylist() == [own.tolist() for own in times]
 
 
+def test_polars_gives_the_bits_of_one_table():
+    pl = pytest.importorskip("polars")
+    given = table(300)
+    frame, whole = pl.from_arrow(given), pl.from_arrow(FAIR(given))
+    fair = lambda part: pl.from_arrow(FAIR(part.to_arrow()))
+    parts = pl.concat([fair(part) for part in frame.iter_slices(70)])
+    lazy = frame.lazy().map_batches(fair, schema=fair(frame[:0]).schema).filter(pl.col("fair_status") == "converged")
+    assert bits(parts.to_arrow()) == bits(whole.to_arrow()) and len(lazy.collect()) == 296
+
+
 DASK = """
 import os, signal, sys, threading, time
 import dask, pandas as pd, pyarrow as pa, pyarrow.parquet as pq
