@@ -197,15 +197,13 @@ export class Files {
   command() {
     const { name } = this.file;
     const { base } = partsOf(name);
-    const { words, knob } = JOBS[find('job').value];
+    const { words, points = words, knob } = JOBS[find('job').value];
     const [output, report] = [`${base}-smooth.${find('format').value}`, `${base}-report.json`];
-    const args = [...words, name, '-o', output];
+    const args = [...(output.endsWith('.svg') ? words : points), name, '-o', output];
     if (this.isTable(name) && find('columns').value) args.push('--columns', find('columns').value);
     if (knob && !find('amount').disabled) {
       args.push(knob.option, `${find('amount').value}${this.file.geographic && knob.unit === 'ground' ? 'km' : ''}`);
     }
-    // Formats other than SVG hold points.
-    if (words[0] === 'draw' && !output.endsWith('.svg')) args.push('--as', 'polyline');
     args.push('--report', report, ...split(find('more').value));
     return { args, output, report };
   }
@@ -240,7 +238,7 @@ export class Files {
       ['Points', `${count(numbers.pointsBefore)} → ${count(numbers.pointsAfter)}`],
       ['Largest deviation', this.lengthText(numbers.deviation)],
       ['Area', numbers.areaChange === null ? null : percent(numbers.areaChange)],
-      ['Size', `${bytesOf(this.file.bytes.length)} → ${bytesOf(written.length)}`],
+      ['Size', `${bytesOf(this.file.bytes.length)} → ${bytesOf(written.size)}`],
       ['Time', milliseconds < 995 ? `${Math.round(milliseconds)} ms` : `${(milliseconds / 1000).toFixed(1)} s`],
     ].filter(([, value]) => value !== null);
     find('numbers').replaceChildren(...rows.map(([name, value]) => pair(name, value)));
@@ -252,7 +250,7 @@ export class Files {
     find('bad-legend').hidden = unusable.length === 0;
     find('cross-legend').hidden = marks.length === 0;
     URL.revokeObjectURL(find('download').href);
-    Object.assign(find('download'), { href: URL.createObjectURL(new Blob([written])), download: output, title: output, ariaLabel: `Download ${output}` });
+    Object.assign(find('download'), { href: URL.createObjectURL(written), download: output, title: output, ariaLabel: `Download ${output}` });
     find('command').textContent = quoted(['faircurve', ...args]);
     find('status').textContent = `Done: ${rows.map((row) => row.join(' ')).join(', ')}`;
     find('files').dataset.runs = Number(find('files').dataset.runs ?? 0) + 1;
