@@ -388,7 +388,7 @@ export class Dots {
 
   /** Puts everything into the address. */
   write() {
-    if (find('dots').hidden) return;
+    if (find('dots-room').hidden) return;
     const p = this.dots.map(({ x, y, tangent }) => [x.toFixed(1), y.toFixed(1), ...(tangent ?? []).map((part) => part.toFixed(3))].join(',')).join(';');
     const words = { p, closed: Number(find('closed').checked), combs: Number(find('combs').checked) };
     for (const [name, { value }] of Object.entries(KNOBS)) if (Number(find(name).value) !== value) Object.assign(words, { [name]: find(name).value });

@@ -26,7 +26,7 @@ export class Files {
     this.painter = new Worker(new URL('./painter.mjs', import.meta.url), { type: 'module' });
     const canvas = find('canvas').transferControlToOffscreen();
     this.painter.postMessage({ canvas }, [canvas]);
-    this.painter.onmessage = ({ data }) => Object.assign(find('canvas').dataset, { painted: data.asked, milliseconds: data.milliseconds });
+    this.painter.onmessage = ({ data }) => !data.draft && Object.assign(find('canvas').dataset, { painted: data.asked, milliseconds: data.milliseconds });
     this.view = new View(find('canvas'), { paint: () => this.paint(), isElsewhere: true, moved: () => this.paintSoon(true) });
     /** @type {any} the file, and how it is read */
     this.file = null;
@@ -132,7 +132,7 @@ export class Files {
       this.hand({ before: layer, after: null, unusable: [], marks: [] });
       find('file-name').textContent = name;
       find('file-says').textContent = `${summary.curves.toLocaleString('en')} curves, ${summary.points.toLocaleString('en')} ${this.file.cubic ? 'control points' : 'points'}, ${bytesOf(bytes.length)}`;
-      find('empty').hidden = true;
+      find('files-room').dataset.has = 'file';
       find('work').hidden = false;
       this.view.fit(summary.box);
       if (job) this.setJob(job);
@@ -253,7 +253,7 @@ export class Files {
     Object.assign(find('download'), { href: URL.createObjectURL(written), download: output, title: output, ariaLabel: `Download ${output}` });
     find('command').textContent = quoted(['faircurve', ...args]);
     find('status').textContent = `Done: ${rows.map((row) => row.join(' ')).join(', ')}`;
-    find('files').dataset.runs = Number(find('files').dataset.runs ?? 0) + 1;
+    find('files-room').dataset.runs = Number(find('files-room').dataset.runs ?? 0) + 1;
   }
 
   /** A deviation in the unit of the report: metres on the ground. @param {number} value */
@@ -286,7 +286,7 @@ export class Files {
     this.result = null;
     find('outcome').hidden = true;
     Object.assign(find('sentence'), { hidden: false, textContent: error.message });
-    find('files').dataset.runs = Number(find('files').dataset.runs ?? 0) + 1;
+    find('files-room').dataset.runs = Number(find('files-room').dataset.runs ?? 0) + 1;
     this.hand({ after: null, unusable: [], marks: [] });
   }
 
