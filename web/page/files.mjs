@@ -95,6 +95,7 @@ export class Files {
   /** @param {File} file */
   async choose(file) {
     this.runner.cancel();
+    clearTimeout(this.timer);
     try {
       const bytes = new Uint8Array(await file.arrayBuffer());
       const guessed = guess(file.name, await headOf(file));

@@ -52,10 +52,9 @@ export function guess(name, head) {
   const table = format === 'csv' || format === 'tsv' ? columnsOf(head) : null;
   const isJson = format.endsWith('json');
   const topojson = isJson && head.includes('"Topology"');
-  const lines = isJson && !topojson && !head.includes('Polygon');
   const planar = isJson && /"crs"\s*:/.test(head) && !/CRS84|4326/.test(head);
   return {
-    job: table?.times ? 'track' : lines ? 'track' : known.job,
+    job: table?.times || (isJson && /"(coordTimes|times?)"/.test(head)) ? 'track' : known.job,
     geographic: table ? table.geographic : !planar && !!known.geographic,
     columns: table?.columns ?? '',
     out: (topojson ? 'topojson' : (known.out ?? format)) + packed,

@@ -83,6 +83,19 @@ async function native(page, name, bytes) {
   return readFileSync(join(folder, args[args.indexOf('-o') + 1]));
 }
 
+/** Tracks of a table of id, hours, longitude and latitude, from the start of a year on. */
+function gpxOf(table) {
+  const tracks = new Map();
+  for (const row of table.trim().split('\n').slice(1)) {
+    const [id, hours, longitude, latitude] = row.split(',');
+    const time = new Date(Date.UTC(2024) + 3.6e6 * hours).toISOString();
+    const point = `<trkpt lat="${latitude}" lon="${longitude}"><time>${time}</time></trkpt>`;
+    tracks.set(id, [...(tracks.get(id) ?? []), point]);
+  }
+  const made = [...tracks].map(([id, points]) => `<trk><name>${id}</name><trkseg>${points.join('')}</trkseg></trk>`);
+  return `<?xml version="1.0"?><gpx version="1.1" xmlns="http://www.topografix.com/GPX/1/1">${made.join('')}</gpx>`;
+}
+
 /** Gaps between frames while something happens. */
 async function watchFrames(page) {
   await page.evaluate(() => {
@@ -118,7 +131,7 @@ async function shoot(page, name) {
 
 test('every format: the download is what the native program writes', { skip: missing || (!PROGRAM && 'FAIRCURVE names no native program') }, async (t) => {
   const page = await open(t);
-  spawnSync(PROGRAM, ['fit', EXCERPT, '-o', join(folder, 'excerpt.gpx'), '--samples', '1', '--columns', 'curve=id,x=lon,y=lat,t=hours', '--quiet', '--force']);
+  writeFileSync(join(folder, 'excerpt.gpx'), gpxOf(readFileSync(EXCERPT, 'utf8')));
   const inputs = ['world-110m.topojson', 'countries-110m.geojson', 'traced.svg', 'storms.csv.gz', 'tracts.trk'].map((name) => join(DATA, name));
   for (const input of [...inputs, join(folder, 'excerpt.gpx')]) {
     await run(page, () => page.setInputFiles('#file', input));
@@ -142,7 +155,10 @@ test('every format: the download is what the native program writes', { skip: mis
       await page.press('#more', 'Tab');
     });
     assert.ok((await compare()) < 1e-6, input);
-    await page.fill('#more', '');
+    await run(page, async () => {
+      await page.fill('#more', '');
+      await page.press('#more', 'Tab');
+    });
   }
 });
 
