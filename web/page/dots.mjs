@@ -10,7 +10,7 @@ import { View } from './view.mjs';
 /** @typedef {{ x: number, y: number, r: number }} Disc */
 
 /** The sheet on which dots lie. */
-const SHEET = [0, -30, 1000, 690];
+const SHEET = [0, -50, 1000, 690];
 /** How near a pointer must be to what it takes, in pixels. */
 const [NEAR, NEAR_TOUCH] = [11, 24];
 /** Pixels from a dot to the knob of its tangent. */
@@ -96,7 +96,7 @@ export class Dots {
       this.changed();
     });
     find('obstacle').addEventListener('change', () => {
-      this.disc = find('obstacle').checked ? { x: 500, y: 330, r: 70 } : null;
+      this.disc = find('obstacle').checked ? this.discInTheWay() : null;
       this.changed();
     });
     find('link').addEventListener('click', async () => {
@@ -107,6 +107,13 @@ export class Dots {
     });
     whenColoursChange(() => this.draw());
     this.show('fair');
+  }
+
+  /** A disc on the longest way from one dot to the next. @returns {Disc} */
+  discInTheWay() {
+    const spans = this.dots.slice(1).map((b, i) => ({ a: this.dots[i], b, length: Math.hypot(b.x - this.dots[i].x, b.y - this.dots[i].y) }));
+    const [{ a, b, length } = { a: { x: 400, y: 330 }, b: { x: 600, y: 330 }, length: 200 }] = spans.sort((one, other) => other.length - one.length);
+    return { x: (a.x + b.x) / 2, y: (a.y + b.y) / 2, r: Math.max(4, Math.min(70, 0.25 * length)) };
   }
 
   /** Everything of one method. @param {Method} method */
@@ -472,7 +479,7 @@ export class Dots {
     const [x0, y0, x1, y1] = SHEET;
     const diagonal = Math.hypot(x1 - x0, y1 - y0);
     const scale = 0.0018 * diagonal ** 2 * 10 ** (find('comb-scale').value / 200);
-    const most = 0.12 * diagonal;
+    const most = 0.09 * diagonal;
     const tips = [];
     for (let i = 0; i < curvature.length; i++) {
       const quill = Math.max(-most, Math.min(most, scale * curvature[i])) || 0;

@@ -299,8 +299,8 @@ test('500,000 points', { skip: missing || (process.env.QUICK && 'QUICK') }, asyn
 /** Where a dot of the sheet is on a card's canvas. */
 async function placeOf(page, method = 'fair') {
   const box = await page.locator(`#card-${method} canvas`).boundingBox();
-  const scale = 0.92 * Math.min(box.width / 1000, box.height / 720);
-  return (x, y) => [box.x + box.width / 2 + (x - 500) * scale, box.y + box.height / 2 - (y - 330) * scale];
+  const scale = 0.92 * Math.min(box.width / 1000, box.height / 740);
+  return (x, y) => [box.x + box.width / 2 + (x - 500) * scale, box.y + box.height / 2 - (y - 320) * scale];
 }
 
 const answered = (page, dots) => page.waitForFunction((dots) => {
