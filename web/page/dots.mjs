@@ -15,8 +15,8 @@ const SHEET = [0, -50, 1000, 690];
 const [NEAR, NEAR_TOUCH] = [11, 24];
 /** Pixels from a dot to the knob of its tangent. */
 const HANDLE = 52;
-/** Samples of each span. */
-const SAMPLES = 16;
+/** Samples of a curve, and the fewest and the most of a span. */
+const [SAMPLES, FEWEST, MOST] = [600, 16, 48];
 
 const METHODS = /** @type {const} */ ({
   natural: { title: 'Natural spline', short: 'Natural', takes: 'ends' },
@@ -136,7 +136,7 @@ export class Dots {
     const made = { method, card, canvas, numbers, sentence, tab, result: /** @type {any} */ (null), view: /** @type {any} */ (null), latest: /** @type {any} */ (null) };
     made.view = new View(canvas, {
       camera: this.camera,
-      paint: (context) => this.paint(context, made),
+      paint: (context) => context && this.paint(context, made),
       moved: () => this.draw(),
       grab: (event) => this.grab(event, made),
     });
@@ -207,6 +207,11 @@ export class Dots {
     find('lines').replaceChildren(...lines.map((line) => Object.assign(document.createElement('code'), { textContent: line })));
   }
 
+  /** Samples of a span. */
+  samples() {
+    return Math.min(MOST, Math.max(FEWEST, Math.round(SAMPLES / this.dots.length)));
+  }
+
   /** @param {Method} method */
   command(method) {
     const [nu, tension, radius] = [this.knob('nu'), this.knob('tension'), this.knob('radius')];
@@ -222,7 +227,7 @@ export class Dots {
       scf: ['--exponent', `${nu}`, ...(tension ? ['--tension', `${tension}`] : [])],
     };
     const closed = ['--closed', find('closed').checked ? 'yes' : 'no'];
-    return ['fit', 'dots.csv', '-o', 'curve.npz', '--method', method, ...own[method], ...closed, '--write', 'curvature,tangent', '--report', 'report.json', '--quiet'];
+    return ['fit', 'dots.csv', '-o', 'curve.npz', '--method', method, ...own[method], ...closed, '--samples', `${this.samples()}`, '--write', 'curvature,tangent', '--report', 'report.json', '--quiet'];
   }
 
   /** The dots as CSV, with the tangents that a method takes. @param {Method} method */
@@ -256,7 +261,7 @@ export class Dots {
     for (const { view } of this.cards) view.request();
   }
 
-  /** Where the knob of a dot's tangent is, on the canvas. @param {number} i @param {View} view */
+  /** Where the knob of a dot's tangent is, on the canvas. @param {number} i @param {View} view @returns {[number, number]} */
   handle(i, view) {
     const { x, y, tangent } = this.dots[i];
     const [sx, sy] = view.toScreen(x, y);
@@ -264,7 +269,7 @@ export class Dots {
     return [sx + HANDLE * dx, sy - HANDLE * dy];
   }
 
-  /** The direction in which the dots go on. @param {number} i */
+  /** The direction in which the dots go on. @param {number} i @returns {[number, number]} */
   direction(i) {
     const { dots } = this;
     const isClosed = find('closed').checked;
@@ -278,7 +283,7 @@ export class Dots {
   hit(event, view, withDisc) {
     const [px, py] = view.at(event);
     const reach = /** @type {any} */ (event).pointerType === 'touch' ? NEAR_TOUCH : NEAR;
-    const distance = ([x, y] = [0, 0]) => Math.hypot(px - x, py - y);
+    const distance = (/** @type {[number, number]} */ [x, y]) => Math.hypot(px - x, py - y);
     if (find('tangents').checked) {
       const knobs = this.dots.flatMap((dot, i) => (dot.tangent || i === this.chosen ? [i] : []));
       const knob = knobs.find((i) => distance(this.handle(i, view)) < reach);
@@ -356,7 +361,7 @@ export class Dots {
     const { coords } = result;
     for (let i = 0; i < coords.length / 2; i++) {
       const [x, y] = view.toScreen(coords[2 * i], coords[2 * i + 1]);
-      if (Math.hypot(px - x, py - y) < NEAR) return Math.min(Math.floor(i / SAMPLES) + 1, end);
+      if (Math.hypot(px - x, py - y) < NEAR) return Math.min(Math.floor(i / this.samples()) + 1, end);
     }
     return end;
   }
@@ -421,7 +426,7 @@ export class Dots {
     this.draw();
   }
 
-  /** @param {CanvasRenderingContext2D} context @param {any} card */
+  /** @param {CanvasRenderingContext2D} context @param {{ method: Method, view: View, result: any }} card */
   paint(context, { method, view, result }) {
     const own = colour(method);
     if (method === 'fair' && this.disc) this.paintDisc(context, view, this.disc);

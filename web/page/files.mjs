@@ -191,7 +191,7 @@ export class Files {
   /** Runs once the slider rests for a moment. */
   soon() {
     clearTimeout(this.timer);
-    this.timer = setTimeout(() => this.run(), DELAY);
+    this.timer = window.setTimeout(() => this.run(), DELAY);
   }
 
   /** The command line for what is chosen. */
@@ -238,10 +238,10 @@ export class Files {
       ['Curves', count(numbers.curves) + (unusable.length ? `, ${count(unusable.length)} not usable` : '')],
       ['Points', `${count(numbers.pointsBefore)} → ${count(numbers.pointsAfter)}`],
       ['Largest deviation', this.lengthText(numbers.deviation)],
-      ['Area', numbers.areaChange === null ? null : percent(numbers.areaChange)],
+      ...(numbers.areaChange === null ? [] : [['Area', percent(numbers.areaChange)]]),
       ['Size', `${bytesOf(this.file.bytes.length)} → ${bytesOf(written.size)}`],
       ['Time', milliseconds < 995 ? `${Math.round(milliseconds)} ms` : `${(milliseconds / 1000).toFixed(1)} s`],
-    ].filter(([, value]) => value !== null);
+    ];
     find('numbers').replaceChildren(...rows.map(([name, value]) => pair(name, value)));
     Object.assign(find('numbers').dataset, { milliseconds, memory: memoryBytes, points: numbers.pointsBefore });
     const lines = stderr.trim().split('\n').filter(Boolean).map((/** @type {string} */ line) => line.replace(/^faircurve: /, ''));

@@ -18,6 +18,7 @@ const state = { before: null, after: null, marks: [], unusable: [] };
 let canvas;
 /** @type {OffscreenCanvasRenderingContext2D} */
 let context;
+/** @type {any[]} timers, and how long the last picture took */
 let [pending, rest, lasted] = [0, 0, 0];
 
 addEventListener('message', ({ data }) => {

@@ -26,7 +26,7 @@ const TASKS = {
     return {
       layer, milliseconds, stderr: run.stderr,
       // The page holds no bytes, but a name for them.
-      written: new Blob([written]), status: run.status, memoryBytes: run.memoryBytes,
+      written: new Blob([/** @type {BlobPart} */ (written)]), status: run.status, memoryBytes: run.memoryBytes,
       statistics: statisticsOf(told, before, summary),
       unusable: run.status === 0 ? [] : told.curves.flatMap(unusable),
       marks: marksOf(run.stderr, look),
