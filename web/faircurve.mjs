@@ -6,10 +6,10 @@ import { readNpz, writeNpz } from './npz.mjs';
 
 export { readNpz, writeNpz };
 
-/** @typedef {import('./faircurve.d.ts').Run} Run */
-/** @typedef {import('./faircurve.d.ts').FitOptions} FitOptions */
-/** @typedef {import('./faircurve.d.ts').FitResult} FitResult */
-/** @typedef {import('./faircurve.d.ts').Source} Source */
+/** @typedef {import('./faircurve.d.mts').Run} Run */
+/** @typedef {import('./faircurve.d.mts').FitOptions} FitOptions */
+/** @typedef {import('./faircurve.d.mts').FitResult} FitResult */
+/** @typedef {import('./faircurve.d.mts').Source} Source */
 
 /** The exit status of a program that ended itself: a panic, or memory that ran out. */
 const ABORTED = 134;

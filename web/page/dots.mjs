@@ -10,13 +10,13 @@ import { View } from './view.mjs';
 /** @typedef {{ x: number, y: number, r: number }} Disc */
 
 /** The sheet on which dots lie. */
-const SHEET = [0, -30, 1000, 690];
+const SHEET = [0, -50, 1000, 690];
 /** How near a pointer must be to what it takes, in pixels. */
 const [NEAR, NEAR_TOUCH] = [11, 24];
 /** Pixels from a dot to the knob of its tangent. */
 const HANDLE = 52;
-/** Samples of each span. */
-const SAMPLES = 16;
+/** Samples of a curve, and the fewest and the most of a span. */
+const [SAMPLES, FEWEST, MOST] = [600, 16, 48];
 
 const METHODS = /** @type {const} */ ({
   natural: { title: 'Natural spline', short: 'Natural', takes: 'ends' },
@@ -96,7 +96,7 @@ export class Dots {
       this.changed();
     });
     find('obstacle').addEventListener('change', () => {
-      this.disc = find('obstacle').checked ? { x: 500, y: 330, r: 70 } : null;
+      this.disc = find('obstacle').checked ? this.discInTheWay() : null;
       this.changed();
     });
     find('link').addEventListener('click', async () => {
@@ -107,6 +107,13 @@ export class Dots {
     });
     whenColoursChange(() => this.draw());
     this.show('fair');
+  }
+
+  /** A disc on the longest way from one dot to the next. @returns {Disc} */
+  discInTheWay() {
+    const spans = this.dots.slice(1).map((b, i) => ({ a: this.dots[i], b, length: Math.hypot(b.x - this.dots[i].x, b.y - this.dots[i].y) }));
+    const [{ a, b, length } = { a: { x: 400, y: 330 }, b: { x: 600, y: 330 }, length: 200 }] = spans.sort((one, other) => other.length - one.length);
+    return { x: (a.x + b.x) / 2, y: (a.y + b.y) / 2, r: Math.max(4, Math.min(70, 0.25 * length)) };
   }
 
   /** Everything of one method. @param {Method} method */
@@ -129,7 +136,7 @@ export class Dots {
     const made = { method, card, canvas, numbers, sentence, tab, result: /** @type {any} */ (null), view: /** @type {any} */ (null), latest: /** @type {any} */ (null) };
     made.view = new View(canvas, {
       camera: this.camera,
-      paint: (context) => this.paint(context, made),
+      paint: (context) => context && this.paint(context, made),
       moved: () => this.draw(),
       grab: (event) => this.grab(event, made),
     });
@@ -200,6 +207,11 @@ export class Dots {
     find('lines').replaceChildren(...lines.map((line) => Object.assign(document.createElement('code'), { textContent: line })));
   }
 
+  /** Samples of a span. */
+  samples() {
+    return Math.min(MOST, Math.max(FEWEST, Math.round(SAMPLES / this.dots.length)));
+  }
+
   /** @param {Method} method */
   command(method) {
     const [nu, tension, radius] = [this.knob('nu'), this.knob('tension'), this.knob('radius')];
@@ -215,7 +227,7 @@ export class Dots {
       scf: ['--exponent', `${nu}`, ...(tension ? ['--tension', `${tension}`] : [])],
     };
     const closed = ['--closed', find('closed').checked ? 'yes' : 'no'];
-    return ['fit', 'dots.csv', '-o', 'curve.npz', '--method', method, ...own[method], ...closed, '--write', 'curvature,tangent', '--report', 'report.json', '--quiet'];
+    return ['fit', 'dots.csv', '-o', 'curve.npz', '--method', method, ...own[method], ...closed, '--samples', `${this.samples()}`, '--write', 'curvature,tangent', '--report', 'report.json', '--quiet'];
   }
 
   /** The dots as CSV, with the tangents that a method takes. @param {Method} method */
@@ -249,7 +261,7 @@ export class Dots {
     for (const { view } of this.cards) view.request();
   }
 
-  /** Where the knob of a dot's tangent is, on the canvas. @param {number} i @param {View} view */
+  /** Where the knob of a dot's tangent is, on the canvas. @param {number} i @param {View} view @returns {[number, number]} */
   handle(i, view) {
     const { x, y, tangent } = this.dots[i];
     const [sx, sy] = view.toScreen(x, y);
@@ -257,7 +269,7 @@ export class Dots {
     return [sx + HANDLE * dx, sy - HANDLE * dy];
   }
 
-  /** The direction in which the dots go on. @param {number} i */
+  /** The direction in which the dots go on. @param {number} i @returns {[number, number]} */
   direction(i) {
     const { dots } = this;
     const isClosed = find('closed').checked;
@@ -271,7 +283,7 @@ export class Dots {
   hit(event, view, withDisc) {
     const [px, py] = view.at(event);
     const reach = /** @type {any} */ (event).pointerType === 'touch' ? NEAR_TOUCH : NEAR;
-    const distance = ([x, y] = [0, 0]) => Math.hypot(px - x, py - y);
+    const distance = (/** @type {[number, number]} */ [x, y]) => Math.hypot(px - x, py - y);
     if (find('tangents').checked) {
       const knobs = this.dots.flatMap((dot, i) => (dot.tangent || i === this.chosen ? [i] : []));
       const knob = knobs.find((i) => distance(this.handle(i, view)) < reach);
@@ -349,7 +361,7 @@ export class Dots {
     const { coords } = result;
     for (let i = 0; i < coords.length / 2; i++) {
       const [x, y] = view.toScreen(coords[2 * i], coords[2 * i + 1]);
-      if (Math.hypot(px - x, py - y) < NEAR) return Math.min(Math.floor(i / SAMPLES) + 1, end);
+      if (Math.hypot(px - x, py - y) < NEAR) return Math.min(Math.floor(i / this.samples()) + 1, end);
     }
     return end;
   }
@@ -388,7 +400,7 @@ export class Dots {
 
   /** Puts everything into the address. */
   write() {
-    if (find('dots').hidden) return;
+    if (find('dots-room').hidden) return;
     const p = this.dots.map(({ x, y, tangent }) => [x.toFixed(1), y.toFixed(1), ...(tangent ?? []).map((part) => part.toFixed(3))].join(',')).join(';');
     const words = { p, closed: Number(find('closed').checked), combs: Number(find('combs').checked) };
     for (const [name, { value }] of Object.entries(KNOBS)) if (Number(find(name).value) !== value) Object.assign(words, { [name]: find(name).value });
@@ -414,7 +426,7 @@ export class Dots {
     this.draw();
   }
 
-  /** @param {CanvasRenderingContext2D} context @param {any} card */
+  /** @param {CanvasRenderingContext2D} context @param {{ method: Method, view: View, result: any }} card */
   paint(context, { method, view, result }) {
     const own = colour(method);
     if (method === 'fair' && this.disc) this.paintDisc(context, view, this.disc);
@@ -472,7 +484,7 @@ export class Dots {
     const [x0, y0, x1, y1] = SHEET;
     const diagonal = Math.hypot(x1 - x0, y1 - y0);
     const scale = 0.0018 * diagonal ** 2 * 10 ** (find('comb-scale').value / 200);
-    const most = 0.12 * diagonal;
+    const most = 0.09 * diagonal;
     const tips = [];
     for (let i = 0; i < curvature.length; i++) {
       const quill = Math.max(-most, Math.min(most, scale * curvature[i])) || 0;

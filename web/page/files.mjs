@@ -26,7 +26,7 @@ export class Files {
     this.painter = new Worker(new URL('./painter.mjs', import.meta.url), { type: 'module' });
     const canvas = find('canvas').transferControlToOffscreen();
     this.painter.postMessage({ canvas }, [canvas]);
-    this.painter.onmessage = ({ data }) => Object.assign(find('canvas').dataset, { painted: data.asked, milliseconds: data.milliseconds });
+    this.painter.onmessage = ({ data }) => !data.draft && Object.assign(find('canvas').dataset, { painted: data.asked, milliseconds: data.milliseconds });
     this.view = new View(find('canvas'), { paint: () => this.paint(), isElsewhere: true, moved: () => this.paintSoon(true) });
     /** @type {any} the file, and how it is read */
     this.file = null;
@@ -95,6 +95,7 @@ export class Files {
   /** @param {File} file */
   async choose(file) {
     this.runner.cancel();
+    clearTimeout(this.timer);
     try {
       const bytes = new Uint8Array(await file.arrayBuffer());
       const guessed = guess(file.name, await headOf(file));
@@ -132,7 +133,7 @@ export class Files {
       this.hand({ before: layer, after: null, unusable: [], marks: [] });
       find('file-name').textContent = name;
       find('file-says').textContent = `${summary.curves.toLocaleString('en')} curves, ${summary.points.toLocaleString('en')} ${this.file.cubic ? 'control points' : 'points'}, ${bytesOf(bytes.length)}`;
-      find('empty').hidden = true;
+      find('files-room').dataset.has = 'file';
       find('work').hidden = false;
       this.view.fit(summary.box);
       if (job) this.setJob(job);
@@ -190,22 +191,20 @@ export class Files {
   /** Runs once the slider rests for a moment. */
   soon() {
     clearTimeout(this.timer);
-    this.timer = setTimeout(() => this.run(), DELAY);
+    this.timer = window.setTimeout(() => this.run(), DELAY);
   }
 
   /** The command line for what is chosen. */
   command() {
     const { name } = this.file;
     const { base } = partsOf(name);
-    const { words, knob } = JOBS[find('job').value];
+    const { words, points = words, knob } = JOBS[find('job').value];
     const [output, report] = [`${base}-smooth.${find('format').value}`, `${base}-report.json`];
-    const args = [...words, name, '-o', output];
+    const args = [...(output.endsWith('.svg') ? words : points), name, '-o', output];
     if (this.isTable(name) && find('columns').value) args.push('--columns', find('columns').value);
     if (knob && !find('amount').disabled) {
       args.push(knob.option, `${find('amount').value}${this.file.geographic && knob.unit === 'ground' ? 'km' : ''}`);
     }
-    // Formats other than SVG hold points.
-    if (words[0] === 'draw' && !output.endsWith('.svg')) args.push('--as', 'polyline');
     args.push('--report', report, ...split(find('more').value));
     return { args, output, report };
   }
@@ -239,10 +238,10 @@ export class Files {
       ['Curves', count(numbers.curves) + (unusable.length ? `, ${count(unusable.length)} not usable` : '')],
       ['Points', `${count(numbers.pointsBefore)} → ${count(numbers.pointsAfter)}`],
       ['Largest deviation', this.lengthText(numbers.deviation)],
-      ['Area', numbers.areaChange === null ? null : percent(numbers.areaChange)],
-      ['Size', `${bytesOf(this.file.bytes.length)} → ${bytesOf(written.length)}`],
+      ...(numbers.areaChange === null ? [] : [['Area', percent(numbers.areaChange)]]),
+      ['Size', `${bytesOf(this.file.bytes.length)} → ${bytesOf(written.size)}`],
       ['Time', milliseconds < 995 ? `${Math.round(milliseconds)} ms` : `${(milliseconds / 1000).toFixed(1)} s`],
-    ].filter(([, value]) => value !== null);
+    ];
     find('numbers').replaceChildren(...rows.map(([name, value]) => pair(name, value)));
     Object.assign(find('numbers').dataset, { milliseconds, memory: memoryBytes, points: numbers.pointsBefore });
     const lines = stderr.trim().split('\n').filter(Boolean).map((/** @type {string} */ line) => line.replace(/^faircurve: /, ''));
@@ -252,10 +251,10 @@ export class Files {
     find('bad-legend').hidden = unusable.length === 0;
     find('cross-legend').hidden = marks.length === 0;
     URL.revokeObjectURL(find('download').href);
-    Object.assign(find('download'), { href: URL.createObjectURL(new Blob([written])), download: output, title: output, ariaLabel: `Download ${output}` });
+    Object.assign(find('download'), { href: URL.createObjectURL(written), download: output, title: output, ariaLabel: `Download ${output}` });
     find('command').textContent = quoted(['faircurve', ...args]);
     find('status').textContent = `Done: ${rows.map((row) => row.join(' ')).join(', ')}`;
-    find('files').dataset.runs = Number(find('files').dataset.runs ?? 0) + 1;
+    find('files-room').dataset.runs = Number(find('files-room').dataset.runs ?? 0) + 1;
   }
 
   /** A deviation in the unit of the report: metres on the ground. @param {number} value */
@@ -288,7 +287,7 @@ export class Files {
     this.result = null;
     find('outcome').hidden = true;
     Object.assign(find('sentence'), { hidden: false, textContent: error.message });
-    find('files').dataset.runs = Number(find('files').dataset.runs ?? 0) + 1;
+    find('files-room').dataset.runs = Number(find('files-room').dataset.runs ?? 0) + 1;
     this.hand({ after: null, unusable: [], marks: [] });
   }
 

@@ -3,10 +3,12 @@
 
 /** @typedef {{ option: string, label: string, unit: 'ground' | 'file' | 'degrees', optional?: boolean }} Knob */
 
-/** @type {Record<string, { title: string, says: string, words: string[], knob?: Knob }>} */
+/** What `draw` is short for, but with points in place of Béziers, is for formats that hold points.
+ * @type {Record<string, { title: string, says: string, words: string[], points?: string[], knob?: Knob }>} */
 export const JOBS = {
   map: { title: 'Map', says: 'Borders stay shared, areas stay, nothing crosses.', words: ['map'], knob: { option: '--within', label: 'Within', unit: 'ground' } },
-  draw: { title: 'Drawing', says: 'Traced noise becomes few Béziers with sharp corners.', words: ['draw'], knob: { option: '--within', label: 'Within', unit: 'file' } },
+  draw: { title: 'Drawing', says: 'Traced noise becomes few Béziers with sharp corners.', words: ['draw'],
+    points: ['fit', '--method', 'smoothing', '--tolerance', 'auto', '--corners', 'auto', '--only', 'paths', '--topology', 'yes'], knob: { option: '--within', label: 'Within', unit: 'file' } },
   track: { title: 'Track', says: 'Smooth in time, near every point.', words: ['track'], knob: { option: '--within', label: 'Within', unit: 'ground', optional: true } },
   tracts: { title: 'Streamlines', says: 'Smooth near every point.', words: ['tracts'], knob: { option: '--deviation', label: 'Within', unit: 'file' } },
   path: { title: 'Path', says: 'No turn sharper than a radius.', words: ['path'], knob: { option: '--min-radius', label: 'Smallest radius', unit: 'ground' } },
@@ -50,10 +52,9 @@ export function guess(name, head) {
   const table = format === 'csv' || format === 'tsv' ? columnsOf(head) : null;
   const isJson = format.endsWith('json');
   const topojson = isJson && head.includes('"Topology"');
-  const lines = isJson && !topojson && !head.includes('Polygon');
   const planar = isJson && /"crs"\s*:/.test(head) && !/CRS84|4326/.test(head);
   return {
-    job: table?.times ? 'track' : lines ? 'track' : known.job,
+    job: table?.times || (isJson && /"(coordTimes|times?)"/.test(head)) ? 'track' : known.job,
     geographic: table ? table.geographic : !planar && !!known.geographic,
     columns: table?.columns ?? '',
     out: (topojson ? 'topojson' : (known.out ?? format)) + packed,

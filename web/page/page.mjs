@@ -17,7 +17,7 @@ function fail(error) {
 function open(files, dots) {
   const room = location.hash.startsWith('#dots') ? 'dots' : 'files';
   for (const name of ['files', 'dots']) {
-    find(name).hidden = name !== room;
+    find(`${name}-room`).hidden = name !== room;
     find(`to-${name}`).toggleAttribute('aria-current', name === room);
   }
   if (room === 'dots') dots.open();

@@ -7,6 +7,8 @@ import { paintLayer } from './curves.mjs';
 const MOST_FILLED = 60000;
 /** A picture that takes longer than this is a draft while it moves, in milliseconds. */
 const SLOW = 30;
+/** Many open curves, and when they are apart: the pixels of an edge. */
+const [MANY, APART] = [200, 24];
 /** A picture that was moved rests after this, in milliseconds. */
 const REST = 160;
 
@@ -16,6 +18,7 @@ const state = { before: null, after: null, marks: [], unusable: [] };
 let canvas;
 /** @type {OffscreenCanvasRenderingContext2D} */
 let context;
+/** @type {any[]} timers, and how long the last picture took */
 let [pending, rest, lasted] = [0, 0, 0];
 
 addEventListener('message', ({ data }) => {
@@ -35,6 +38,11 @@ addEventListener('message', ({ data }) => {
   });
 });
 
+/** Curves that lie on each other by the hundred are drawn thin until they come apart. @param {any} layer */
+function isDense({ offsets, closed, edge }) {
+  return offsets.length > MANY && !closed.includes(1) && Math.max(edge, state.before.edge) * state.camera.scale < APART;
+}
+
 /** @param {boolean} draft */
 function paint(draft) {
   const { before, after, marks, unusable, size, ratio, camera, colours, show, isWorld, asked } = state;
@@ -51,7 +59,7 @@ function paint(draft) {
     for (const shift of isWorld ? [-360, 0, 360] : [0]) {
       const style = { vertices: !draft, draft, shift };
       if (show.before) paintLayer(/** @type {any} */ (context), state, before, { ...style, stroke: colours.before, width: 1.2, fill: fill && !shown ? colours['before-fill'] : undefined });
-      if (shown) paintLayer(/** @type {any} */ (context), state, shown, { ...style, stroke: colours.after, width: 1.7, fill: fill ? colours['after-fill'] : undefined });
+      if (shown) paintLayer(/** @type {any} */ (context), state, shown, { ...style, stroke: colours.after, width: isDense(shown) ? 0.9 : 1.7, fill: fill ? colours['after-fill'] : undefined });
       if (unusable.length > 0) paintLayer(/** @type {any} */ (context), state, before, { stroke: colours.bad, width: 2, only: unusable, dash: [5, 4], shift });
     }
     context.strokeStyle = colours.cross;

@@ -70,19 +70,19 @@ export class View {
     this.fitted();
   }
 
-  /** @param {number} x @param {number} y */
+  /** @param {number} x @param {number} y @returns {[number, number]} */
   toScreen(x, y) {
     const { camera, size } = this;
     return [(x - camera.x) * camera.scale + size.width / 2, (camera.y - y) * camera.scale + size.height / 2];
   }
 
-  /** @param {number} x @param {number} y */
+  /** @param {number} x @param {number} y @returns {[number, number]} */
   toWorld(x, y) {
     const { camera, size } = this;
     return [(x - size.width / 2) / camera.scale + camera.x, camera.y - (y - size.height / 2) / camera.scale];
   }
 
-  /** Where a pointer is on the canvas. @param {MouseEvent} event */
+  /** Where a pointer is on the canvas. @param {MouseEvent} event @returns {[number, number]} */
   at(event) {
     const box = this.canvas.getBoundingClientRect();
     return [event.clientX - box.left, event.clientY - box.top];

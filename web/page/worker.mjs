@@ -24,8 +24,9 @@ const TASKS = {
     const told = JSON.parse(new TextDecoder().decode(run.files[report]));
     const { layer, summary } = readLayer({ [output]: written }, look);
     return {
-      layer, milliseconds,
-      written, stderr: run.stderr, status: run.status, memoryBytes: run.memoryBytes,
+      layer, milliseconds, stderr: run.stderr,
+      // The page holds no bytes, but a name for them.
+      written: new Blob([/** @type {BlobPart} */ (written)]), status: run.status, memoryBytes: run.memoryBytes,
       statistics: statisticsOf(told, before, summary),
       unusable: run.status === 0 ? [] : told.curves.flatMap(unusable),
       marks: marksOf(run.stderr, look),

@@ -11,15 +11,30 @@ function contentOf(name, bytes) {
   if (name.endsWith('.gz')) return contentOf(name.slice(0, -3), gunzipSync(bytes));
   if (name.endsWith('.npz')) {
     const arrays = Object.entries(readNpz(bytes));
-    const numbers = arrays.flatMap(([, { data }]) => (typeof data[0] === 'string' ? [] : [...data]));
-    return { numbers, rest: JSON.stringify(arrays.map(([key, { shape, data }]) => [key, shape, typeof data[0] === 'string' ? data : null])) };
+    const isExact = ([key, { data }]) => key === 'offsets' || typeof data[0] === 'string';
+    const numbers = arrays.filter((array) => !isExact(array)).flatMap(([, { data }]) => [...data]);
+    return { numbers, rest: JSON.stringify(arrays.map((array) => [array[0], array[1].shape, isExact(array) ? [...array[1].data] : null])) };
   }
   if (name.endsWith('.trk')) {
     const body = new Uint8Array(bytes.subarray(TRK_HEADER)).buffer;
     return { numbers: [...new Float32Array(body, 0, body.byteLength >> 2)], rest: String(bytes.subarray(0, TRK_HEADER)) };
   }
   const text = new TextDecoder().decode(bytes);
+  if (name.endsWith('.topojson')) return contentOfTopology(JSON.parse(text));
   return { numbers: (text.match(NUMBER) ?? []).map(Number), rest: text.replace(NUMBER, '#') };
+}
+
+/** The positions of arcs, which the file has as steps from one to the next. */
+function contentOfTopology({ arcs, transform, ...others }) {
+  const { scale = [1, 1], translate = [0, 0] } = transform ?? {};
+  const numbers = arcs.flatMap((arc) => {
+    let [x, y] = [0, 0];
+    return arc.flatMap(([dx, dy]) => {
+      [x, y] = transform ? [x + dx, y + dy] : [dx, dy];
+      return [x * scale[0] + translate[0], y * scale[1] + translate[1]];
+    });
+  });
+  return { numbers, rest: JSON.stringify([arcs.map((arc) => arc.length), others.objects]) };
 }
 
 /** The largest difference of two files' numbers, as a part of the largest number; Infinity where the rest differs. */
