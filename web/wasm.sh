@@ -1,9 +1,8 @@
 #!/bin/sh
-# Builds the program for WASI, if it is missing, and puts it into web/dist.
+# Builds the program for WASI and puts it into web/dist.
 set -eu
 cd "$(dirname "$0")/.."
 built=web/dist/faircurve.wasm
-[ ! -e "$built" ] || exit 0
 rustup target add wasm32-wasip1
 RUSTFLAGS="-C target-feature=+simd128" cargo build --locked --profile web --bin faircurve --target wasm32-wasip1 \
     --no-default-features --features cli
