@@ -10,6 +10,9 @@ use crate::parallel;
 use crate::report::{CurveSet, Fit};
 use crate::surface::Globe;
 
+/// Roundings of the largest coordinate by which handles on a chord miss it.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+
 /// Strokes with some spans replaced by cubics.
 pub(super) struct Tightened {
     pub fit: Fit,
@@ -59,6 +62,13 @@ impl Tight<'_> {
     }
 }
 
+/// Whether a cubic is its chord, run through evenly.
+fn is_chord(&[p, q, r, s]: &[DVec3; 4]) -> bool {
+    let chord = s - p;
+    let off = (3.0 * (q - p) - chord).abs().max((3.0 * (s - r) - chord).abs());
+    off.max_element() <= ROUNDING * (p.abs().max(s.abs())).max_element()
+}
+
 impl Curve for Tight<'_> {
     fn dimension(&self) -> usize {
         self.curve.dimension()
@@ -101,10 +111,10 @@ impl Curve for Tight<'_> {
         }
     }
 
-    /// A span at its chord keeps its data points.
+    /// A span at its chord keeps its data points. Others have samples where a tolerance asks for them.
     fn is_fixed(&self, span: usize) -> bool {
         let before = span.checked_sub(1).unwrap_or(self.spans() - 1);
-        self.cubic(span).is_some() || self.cubic(before).is_some() || self.curve.is_fixed(span)
+        [span, before].into_iter().filter_map(|span| self.cubic(span)).any(is_chord) || self.curve.is_fixed(span)
     }
 
     fn pieces(&self, span: usize) -> usize {
