@@ -132,11 +132,11 @@ pub fn commands() -> impl Iterator<Item = Command> {
     JOBS.iter().map(Job::command)
 }
 
-/// The arguments with a `fit` in place of the job, which `-v` prints. `matches` is the whole command line.
-/// A preset gives way to its option, and to options that exclude it.
-pub fn expanded(arguments: Vec<OsString>, matches: &ArgMatches) -> Vec<OsString> {
-    let Some((name, own)) = matches.subcommand() else { return arguments };
-    let Some(job) = JOBS.iter().find(|job| job.name == name) else { return arguments };
+/// The arguments with a `fit` in place of the job, which `-v` prints, or `None` without a job. `matches` is the
+/// whole command line. A preset gives way to its option, and to options that exclude it.
+pub fn expanded(arguments: &[OsString], matches: &ArgMatches) -> Option<Vec<OsString>> {
+    let (name, own) = matches.subcommand()?;
+    let job = JOBS.iter().find(|job| job.name == name)?;
     let place = arguments.iter().skip(1).position(|argument| argument == name).map_or(1, |at| at + 1);
     let fit = FitArgs::augment_args(Command::new(""));
     let gives_way = |option: &str| {
@@ -151,7 +151,7 @@ pub fn expanded(arguments: Vec<OsString>, matches: &ArgMatches) -> Vec<OsString>
     };
     let presets = job.presets.iter().filter(|(option, _)| !gives_way(option));
     let presets = presets.flat_map(|(option, value)| [format!("--{}", option.replace('_', "-")), value.to_string()]);
-    let mut expanded = arguments;
+    let mut expanded = arguments.to_vec();
     if let Some(called) = job.called {
         let (here, there) = (format!("--{called}"), format!("--{}", job.asks));
         for word in expanded[place + 1..].iter_mut() {
@@ -166,18 +166,22 @@ pub fn expanded(arguments: Vec<OsString>, matches: &ArgMatches) -> Vec<OsString>
         let words = expanded[1..].iter().map(|word| quoted(&word.to_string_lossy()));
         eprintln!("faircurve: {name} is short for: faircurve {}", words.collect::<Vec<_>>().join(" "));
     }
-    expanded
+    Some(expanded)
 }
 
 impl Job {
+    /// Its options are made once it is asked for: those of all jobs take as long as a small fit.
     fn command(&self) -> Command {
-        let fit = FitArgs::augment_args(Command::new(""));
-        let taken = |argument: &&Arg| self.called != Some(argument.get_id().as_str());
-        let arguments = fit.get_arguments().filter(taken).map(|argument| self.argument(argument));
-        Command::new(self.name).about(self.about).args(arguments).after_help(format!(
+        let help = format!(
             "Examples:\n{}\n\n-v prints the fit command that it is short for. The other options of faircurve fit work here, too.",
             self.examples
-        ))
+        );
+        Command::new(self.name).about(self.about).after_help(help).defer(|command| {
+            let job = JOBS.iter().find(|job| job.name == command.get_name()).expect("made for a job");
+            let fit = FitArgs::augment_args(Command::new(""));
+            let taken = |argument: &&Arg| job.called != Some(argument.get_id().as_str());
+            command.args(fit.get_arguments().filter(taken).map(|argument| job.argument(argument)))
+        })
     }
 
     /// An option of `fit` as the job has it: with one line of help, and what it is by default.

@@ -37,7 +37,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::error::{ContextKind, ContextValue};
-use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap::{Args, CommandFactory, FromArgMatches, Parser, Subcommand};
 use faircurve::io::{self, Closed, Columns, Flatness, Format, ReadOptions};
 use faircurve::picture::drawing::thousands;
 use faircurve::{CurveBatch, Error, Result};
@@ -179,7 +179,11 @@ pub fn run(arguments: impl IntoIterator<Item = OsString>) -> u8 {
     interrupt::remove_half_written();
     let arguments: Vec<OsString> = arguments.into_iter().collect();
     let matches = Cli::command().subcommands(jobs::commands()).try_get_matches_from(&arguments);
-    let cli = match matches.and_then(|matches| Cli::try_parse_from(jobs::expanded(arguments, &matches))) {
+    let cli = matches.and_then(|matches| match jobs::expanded(&arguments, &matches) {
+        Some(expanded) => Cli::try_parse_from(expanded),
+        None => Cli::from_arg_matches(&matches),
+    });
+    let cli = match cli {
         Ok(cli) => cli,
         Err(error) => {
             let error = with_nearest_subcommand(error);
