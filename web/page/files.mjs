@@ -301,6 +301,8 @@ export class Files {
   /** @param {boolean} [moves] whether the picture is on the move */
   paintSoon(moves = false) {
     this.moves = moves;
+    this.asked = (this.asked ?? 0) + 1;
+    find('canvas').dataset.asked = this.asked;
     this.view.request();
   }
 
@@ -308,10 +310,8 @@ export class Files {
   paint() {
     const { size, ratio, camera } = this.view;
     const [x0, , x1] = this.before?.box ?? [0, 0, 0];
-    const asked = (this.asked = (this.asked ?? 0) + 1);
-    find('canvas').dataset.asked = asked;
     this.painter.postMessage({
-      asked, size, ratio, camera, moves: this.moves,
+      asked: this.asked, size, ratio, camera, moves: this.moves,
       colours: Object.fromEntries(COLOURS.map((name) => [name, colour(name)])),
       show: { before: find('show-before').checked, after: find('show-after').checked },
       isWorld: !!this.file?.geographic && x1 - x0 > 300,
