@@ -124,8 +124,9 @@ async function painted(page) {
 }
 
 async function shoot(page, name) {
-  if (name.startsWith('dots')) await page.waitForTimeout(300);
-  else await painted(page);
+  if (!name.startsWith('dots')) await painted(page);
+  // A picture that was painted is shown with the next frames.
+  await page.waitForTimeout(300);
   if (process.env.SCREENSHOTS) await page.screenshot({ path: join(process.env.SCREENSHOTS, `${name}.png`) });
 }
 
