@@ -142,7 +142,7 @@ export function statisticsOf(report, before, after) {
     pointsBefore: sum('points_in'),
     pointsAfter: sum('points_out'),
     deviation: deviations.reduce((/** @type {number} */ most, /** @type {number} */ one) => Math.max(most, one), 0),
-    areaChange: before.area > 0 && after.area > 0 && before.rings === after.rings ? after.area / before.area - 1 : null,
+    areaChange: before.area > 0 && after.area > 0 && after.rings >= before.rings ? after.area / before.area - 1 : null,
   };
 }
 
