@@ -19,7 +19,7 @@ struct Job {
     optional: bool,
     /// Options of `fit` that its help lists, beside the common ones. It takes all.
     options: &'static [&'static str],
-    /// Options of `fit` with the values that they have here.
+    /// Options of `fit`, as they are written, with the values that they have here.
     presets: &'static [(&'static str, &'static str)],
     examples: &'static str,
 }
@@ -84,7 +84,7 @@ const JOBS: [Job; 5] = [
         presets: &[
             ("method", "smoothing"),
             ("smoothing", "gcv"),
-            ("within_height", "gcv"),
+            ("within-height", "gcv"),
             ("pin", "none"),
             ("carry", "all"),
             ("duplicates", "first"),
@@ -140,17 +140,15 @@ pub fn expanded(arguments: &[OsString], matches: &ArgMatches) -> Option<Vec<OsSt
     let place = arguments.iter().skip(1).position(|argument| argument == name).map_or(1, |at| at + 1);
     let fit = FitArgs::augment_args(Command::new(""));
     let gives_way = |option: &str| {
-        let preset = fit.get_arguments().find(|argument| argument.get_id() == option);
+        let preset =
+            fit.get_arguments().find(|argument| argument.get_long() == Some(option)).expect("an option of fit");
         // Either of two options may say that it excludes the other.
-        let excludes = |other: &Arg| {
-            let named = |a: &Arg, b: &str| fit.get_arg_conflicts_with(a).iter().any(|own| own.get_id() == b);
-            preset.is_some_and(|preset| named(preset, other.get_id().as_str())) || named(other, option)
-        };
-        is_given(own, option)
-            || fit.get_arguments().any(|other| is_given(own, other.get_id().as_str()) && excludes(other))
+        let named = |a: &Arg, b: &Arg| fit.get_arg_conflicts_with(a).iter().any(|own| own.get_id() == b.get_id());
+        let excludes = |other: &Arg| named(preset, other) || named(other, preset);
+        is_given(own, preset) || fit.get_arguments().any(|other| is_given(own, other) && excludes(other))
     };
     let presets = job.presets.iter().filter(|(option, _)| !gives_way(option));
-    let presets = presets.flat_map(|(option, value)| [format!("--{}", option.replace('_', "-")), value.to_string()]);
+    let presets = presets.flat_map(|(option, value)| [format!("--{option}"), value.to_string()]);
     let mut expanded = arguments.to_vec();
     if let Some(called) = job.called {
         let (here, there) = (format!("--{called}"), format!("--{}", job.asks));
@@ -187,7 +185,7 @@ impl Job {
     /// An option of `fit` as the job has it: with one line of help, and what it is by default.
     fn argument(&self, argument: &Arg) -> Arg {
         let id = argument.get_id().as_str();
-        let preset = self.presets.iter().find(|(option, _)| *option == id);
+        let preset = self.presets.iter().find(|(option, _)| argument.get_long() == Some(*option));
         let help = argument.get_help().map(ToString::to_string).unwrap_or_default();
         let help = help.split(" [default:").next().unwrap_or_default().to_string();
         let help = preset.map_or(help.clone(), |(_, value)| format!("{help} [default: {value}]"));
@@ -216,7 +214,8 @@ impl Job {
     }
 }
 
-fn is_given(matches: &ArgMatches, option: &str) -> bool {
+fn is_given(matches: &ArgMatches, option: &Arg) -> bool {
+    let option = option.get_id().as_str();
     matches.try_contains_id(option).unwrap_or(false) && matches.value_source(option) == Some(ValueSource::CommandLine)
 }
 

@@ -8,7 +8,7 @@ mod region;
 mod tests;
 
 pub(super) use along::{Polygon, Span, spans};
-pub(super) use kinds::{Broken, LimitKind};
+pub(super) use kinds::{Broken, LimitKind, seven_digits};
 pub use obstacle::Obstacle;
 pub(super) use obstacle::way_round;
 pub use region::Region;
@@ -334,10 +334,8 @@ impl Limits {
         let outside = self.regions.iter().flat_map(|region| pinned.iter().map(move |(k, place)| (region, *k, place)));
         let mut outside = outside.map(|(region, k, place)| (region, k, region.excess(*place)));
         let (region, point, excess) = outside.find(|(.., excess)| *excess > TOUCHING * scale)?;
-        Some((
-            point,
-            format!("it breaks {region}, by {excess:.3e}, and the curve must go through it: move it, or the region"),
-        ))
+        let by = seven_digits(excess);
+        Some((point, format!("it breaks {region}, by {by}, and the curve must go through it: move it, or the region")))
     }
 
     /// Unit vectors along the directions of [`monotone`](Self::monotone), then zeros.

@@ -3,7 +3,7 @@
 use super::curve_limits::CurveLimits;
 use super::fair::Fair;
 use super::limit_multipliers::{Limit, Worst};
-use super::limits::{Broken, LimitKind, Obstacle, Region};
+use super::limits::{Broken, LimitKind, Obstacle, Region, seven_digits};
 use super::setup::PreparedCurve;
 use crate::batch::CurveBatch;
 use crate::linalg::scalar::{add, scale};
@@ -200,17 +200,17 @@ fn words<const D: usize>(
                     (format!("it cuts {region}, near ({at})"), smaller)
                 }
                 Some(region) => {
-                    let excess = region.excess(add(scale(ready.size, place), ready.vertices[0]));
-                    (format!("it breaks {region} at ({at}), by {excess:.3e}"), "a larger one".into())
+                    let excess = seven_digits(region.excess(add(scale(ready.size, place), ready.vertices[0])));
+                    (format!("it breaks {region} at ({at}), by {excess}"), "a larger one".into())
                 }
                 None => {
                     let gap = limits.regions.as_ref().and_then(|regions| regions.gap(worst.row, k, place));
-                    let by = -gap.unwrap_or(f64::NAN) * ready.size;
+                    let by = seven_digits(-gap.unwrap_or(f64::NAN) * ready.size);
                     let wider = match ending {
-                        Ending::GivenUp => format!("a corridor that is wider by {by:.3e}"),
+                        Ending::GivenUp => format!("a corridor that is wider by {by}"),
                         _ => "a wider corridor".into(),
                     };
-                    (format!("it leaves its corridor at ({at}), by {by:.3e}"), wider)
+                    (format!("it leaves its corridor at ({at}), by {by}"), wider)
                 }
             }
         }

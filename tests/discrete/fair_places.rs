@@ -356,7 +356,7 @@ fn a_region_that_excludes_a_point_is_the_curves_problem_and_its_neighbours_keep_
     assert_eq!(
         report.message.as_deref(),
         Some(
-            "curve 1, point 3: it breaks the disc of radius 0.25 around (3, 1) to stay out of, by 1.500e-1, and the curve must go \
+            "curve 1, point 3: it breaks the disc of radius 0.25 around (3, 1) to stay out of, by 0.15, and the curve must go \
              through it: move it, or the region"
         )
     );

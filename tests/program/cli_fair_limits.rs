@@ -140,7 +140,7 @@ fn corridors_regions_directions_and_lengths_are_kept() {
     let lines = reports(&folder, "--keep-out 1,0.8,0.2", 1);
     let message = lines[0]["message"].as_str().unwrap();
     assert_eq!(lines[0]["status"], "invalid");
-    assert!(message.contains("in.csv, line 3") && message.contains("to stay out of, by 2.000e-1"), "{message}");
+    assert!(message.contains("in.csv, line 3") && message.contains("to stay out of, by 0.2"), "{message}");
 }
 
 #[test]

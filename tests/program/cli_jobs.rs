@@ -55,6 +55,8 @@ fn a_job_is_short_for_a_fit_that_it_names() {
     assert!(!words.contains("straight") && words.contains("--corners 45deg"), "{words}");
     let words = said(&folder, &format!("map {map} -o d.geojson --within 50km --samples 4 --device cpu -v"));
     assert!(!words.contains("--tolerance"), "{words}");
+    let words = said(&folder, &format!("draw {} -o e.svg --within 1 --as polyline -v", data("traced.svg")));
+    assert!(words.contains("--as polyline") && !words.contains("bezier"), "{words}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 // The room of files: a file in, curves before and after, a file out.
 
 import { colour, whenColoursChange } from './colours.mjs';
-import { guess, JOBS, partsOf, quoted, round, short, split, WRITTEN } from './jobs.mjs';
+import { guess, JOBS, OF_SPACE, partsOf, quoted, round, short, split, WRITTEN } from './jobs.mjs';
 import { latitudeOf } from './layers.mjs';
 import { Cancelled, Runner } from './runner.mjs';
 import { View } from './view.mjs';
@@ -66,7 +66,6 @@ export class Files {
       });
     }
     find('job').replaceChildren(...Object.entries(JOBS).map(([value, { title }]) => new Option(title, value)));
-    find('format').replaceChildren(...WRITTEN.map((format) => new Option(format)));
     find('job').addEventListener('change', () => this.setJob(find('job').value));
     find('slider').addEventListener('input', () => {
       find('amount').value = short(this.middle * REACH ** (2 * find('slider').value / STEPS - 1));
@@ -105,7 +104,6 @@ export class Files {
       find('columns-row').hidden = !/\.[ct]sv(\.gz)?$/i.test(file.name);
       find('plane-row').hidden = !isSlices;
       find('plane').value = isSlices ? 'xz' : 'xy';
-      find('format').value = WRITTEN.includes(guessed.out) ? guessed.out : 'csv';
       await this.read(guessed.job);
     } catch (error) {
       this.fail(/** @type {Error} */ (error));
@@ -130,6 +128,8 @@ export class Files {
     try {
       const { layer, summary } = await this.runner.run({ task: 'read', name, bytes, look: this.look() });
       this.before = summary;
+      this.file.geographic = summary.geographic;
+      if (job) this.offer(summary.dimension);
       this.hand({ before: layer, after: null, unusable: [], marks: [] });
       find('file-name').textContent = name;
       find('file-says').textContent = `${summary.curves.toLocaleString('en')} curves, ${summary.points.toLocaleString('en')} ${this.file.cubic ? 'control points' : 'points'}, ${bytesOf(bytes.length)}`;
@@ -141,6 +141,13 @@ export class Files {
     } catch (error) {
       this.fail(/** @type {Error} */ (error));
     }
+  }
+
+  /** Offers the formats that hold points of this dimension. @param {number} dimension */
+  offer(dimension) {
+    const formats = WRITTEN.filter((format) => dimension === 3 || !OF_SPACE.includes(format));
+    find('format').replaceChildren(...formats.map((format) => new Option(format)));
+    find('format').value = formats.includes(this.file.out) ? this.file.out : 'csv';
   }
 
   /** @param {string} job */
@@ -216,7 +223,7 @@ export class Files {
     const columns = 'curve=curve,x=x,y=y' + (this.before.dimension === 3 ? ',z=z' : '');
     this.busy('Working');
     try {
-      const ask = { task: 'job', args, output, report, files: { [this.file.name]: this.file.bytes }, before: { area: this.before.area } };
+      const ask = { task: 'job', args, output, report, files: { [this.file.name]: this.file.bytes }, before: this.before };
       const look = { ...this.look(output.endsWith('.svg')), columns: this.isTable(output) ? columns : '' };
       this.result = await this.runner.run({ ...ask, look });
       this.show(args, output);
@@ -233,6 +240,7 @@ export class Files {
     this.busy(null);
     find('sentence').hidden = true;
     find('outcome').hidden = false;
+    find('outcome').classList.remove('failed');
     const count = (/** @type {number} */ n) => n.toLocaleString('en');
     const rows = [
       ['Curves', count(numbers.curves) + (unusable.length ? `, ${count(unusable.length)} not usable` : '')],
@@ -285,7 +293,9 @@ export class Files {
     if (error instanceof Cancelled) return;
     this.busy(null);
     this.result = null;
-    find('outcome').hidden = true;
+    // Another format may do.
+    find('outcome').hidden = !this.before;
+    find('outcome').classList.add('failed');
     Object.assign(find('sentence'), { hidden: false, textContent: error.message });
     find('files-room').dataset.runs = Number(find('files-room').dataset.runs ?? 0) + 1;
     this.hand({ after: null, unusable: [], marks: [] });
@@ -301,6 +311,8 @@ export class Files {
   /** @param {boolean} [moves] whether the picture is on the move */
   paintSoon(moves = false) {
     this.moves = moves;
+    this.asked = (this.asked ?? 0) + 1;
+    find('canvas').dataset.asked = this.asked;
     this.view.request();
   }
 
@@ -308,10 +320,8 @@ export class Files {
   paint() {
     const { size, ratio, camera } = this.view;
     const [x0, , x1] = this.before?.box ?? [0, 0, 0];
-    const asked = (this.asked = (this.asked ?? 0) + 1);
-    find('canvas').dataset.asked = asked;
     this.painter.postMessage({
-      asked, size, ratio, camera, moves: this.moves,
+      asked: this.asked, size, ratio, camera, moves: this.moves,
       colours: Object.fromEntries(COLOURS.map((name) => [name, colour(name)])),
       show: { before: find('show-before').checked, after: find('show-after').checked },
       isWorld: !!this.file?.geographic && x1 - x0 > 300,

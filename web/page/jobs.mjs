@@ -28,6 +28,9 @@ const FORMATS = /** @type {Record<string, { job: string, geographic?: boolean, o
 /** Formats that are written. */
 export const WRITTEN = ['topojson', 'geojson', 'svg', 'csv', 'csv.gz', 'gpx', 'trk', 'tck', 'npz'];
 
+/** Those that hold points in space alone. */
+export const OF_SPACE = ['trk', 'tck'];
+
 /**
  * A file's name in parts.
  * @param {string} name

@@ -6,7 +6,8 @@
  * @typedef {{ geographic: boolean, cubic: boolean, columns: string, plane: 'xy' | 'xz' | 'yz' }} Look
  * @typedef {{ coords: Float64Array, offsets: Uint32Array, closed: Uint8Array, bounds: Float64Array,
  *   edge: number, cubic: boolean }} Layer
- * @typedef {{ box: number[], curves: number, points: number, area: number, edge: number, dimension: number }} Summary
+ * @typedef {{ box: number[], curves: number, points: number, area: number, rings: number, edge: number,
+ *   dimension: number, geographic: boolean }} Summary
  */
 
 const DEGREE = Math.PI / 180;
@@ -26,22 +27,24 @@ export function latitudeOf(y) {
 
 /**
  * @param {ReturnType<typeof import('../npz.mjs').readNpz>} arrays
- * @param {Look} look
+ * @param {Look} asked
  * @returns {{ layer: Layer, summary: Summary }}
  */
-export function layerOf(arrays, look) {
+export function layerOf(arrays, asked) {
   const [{ shape: [count, dimension], data }, offsets] = [arrays.coords, Uint32Array.from(/** @type {any} */ (arrays.offsets.data))];
   const given = /** @type {Float64Array} */ (data);
   const curves = offsets.length - 1;
   const closed = /** @type {Uint8Array} */ (arrays.closed?.data ?? new Uint8Array(curves));
-  const [a, b] = dimension === 3 ? [...look.plane].map((axis) => 'xyz'.indexOf(axis)) : [0, 1];
+  const [a, b] = dimension === 3 ? [...asked.plane].map((axis) => 'xyz'.indexOf(axis)) : [0, 1];
   const coords = new Float64Array(2 * count);
   for (let i = 0; i < count; i++) {
     coords[2 * i] = given[dimension * i + a];
     coords[2 * i + 1] = given[dimension * i + b];
   }
+  const look = { ...asked, geographic: asked.geographic && areDegrees(coords) };
+  // The area of Béziers on the globe is not computed.
   let sum = 0;
-  for (let i = 0; i < curves; i++) if (closed[i]) sum += Math.abs(area(coords, offsets[i], offsets[i + 1], look));
+  for (let i = 0; i < curves && !(look.cubic && look.geographic); i++) if (closed[i]) sum += Math.abs(area(coords, offsets[i], offsets[i + 1], look));
   const edge = medianEdge(coords, offsets);
   if (look.geographic) for (let i = 1; i < coords.length; i += 2) coords[i] = miller(coords[i]);
   const bounds = new Float64Array(4 * curves);
@@ -55,8 +58,13 @@ export function layerOf(arrays, look) {
       include(box, own[2], own[3]);
     }
   }
-  const summary = { box: box[0] <= box[2] ? box : [0, 0, 1, 1], curves, points: count, area: sum, edge, dimension };
+  const summary = { box: box[0] <= box[2] ? box : [0, 0, 1, 1], curves, points: count, area: sum, rings: closed.reduce((all, one) => all + one, 0), edge, dimension, geographic: look.geographic };
   return { layer: { coords, offsets, closed, bounds, edge, cubic: look.cubic }, summary };
+}
+
+/** Whether points may be longitudes and latitudes. @param {Float64Array} coords */
+function areDegrees(coords) {
+  return coords.every((value, i) => !(Math.abs(value) > (i % 2 ? 90 + 1e-9 : 360)));
 }
 
 /** Widens a box until it holds a point. @param {number[]} box @param {number} x @param {number} y */
@@ -122,7 +130,7 @@ function medianEdge(coords, offsets) {
 /**
  * The numbers beside the drawing.
  * @param {any} report
- * @param {{ area: number }} before
+ * @param {Summary} before
  * @param {Summary} after
  */
 export function statisticsOf(report, before, after) {
@@ -134,7 +142,7 @@ export function statisticsOf(report, before, after) {
     pointsBefore: sum('points_in'),
     pointsAfter: sum('points_out'),
     deviation: deviations.reduce((/** @type {number} */ most, /** @type {number} */ one) => Math.max(most, one), 0),
-    areaChange: before.area > 0 && after.area > 0 ? after.area / before.area - 1 : null,
+    areaChange: before.area > 0 && after.area > 0 && after.rings >= before.rings ? after.area / before.area - 1 : null,
   };
 }
 

@@ -85,7 +85,7 @@ impl<const D: usize> LimitKind<D> {
         words: |broken| {
             let curvature = broken.quantity.abs() / broken.size;
             let what = "it turns to the other side than its points from here to the next point, with a curvature of";
-            [format!("{what} {curvature:.3e}"), "it to".into()]
+            [format!("{what} {}", seven_digits(curvature)), "it to".into()]
         },
     };
 
@@ -180,7 +180,7 @@ impl<const D: usize> LimitKind<D> {
 }
 
 /// A number rounded to seven digits, of any size.
-fn seven_digits(x: f64) -> String {
+pub(in crate::discrete) fn seven_digits(x: f64) -> String {
     let rounded: f64 = format!("{x:.6e}").parse().unwrap_or(x);
     if rounded.abs() < 1e-4 { format!("{rounded:e}") } else { rounded.to_string() }
 }
