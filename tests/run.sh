@@ -199,6 +199,7 @@ if [[ $python_tests == yes ]]; then
 fi
 
 export FAIRCURVE=${CARGO_TARGET_DIR:-$PWD/target}/debug/faircurve
+export PATH=$(dirname "$FAIRCURVE"):$PATH
 if [[ $page == yes ]]; then
   section 'Page and npm package'
   wait "$compiling" || { cat "$logs/wasm" >&2; fail 'the program for browsers cannot be compiled'; }
