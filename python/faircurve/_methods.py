@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from . import _core
 from . import _times
 from ._channels import fitted, values_of
-from ._arrays import ArrayT, Floats, Lines, Pair, Ragged, flags_per_point, floats, per_curve, per_point, ragged, vectors_per_point
+from ._arrays import ArrayT, Floats, Lines, Pair, Ragged, flags_per_point, floats, per_curve, per_point, ragged, split, vectors_per_point
 from ._energy import Energy, bending, energy_of, geodesic_bending, tautness
 from ._fit import Fit, warn_of_degrees
 from ._surfaces import Surface, made
@@ -270,7 +270,7 @@ class Natural(Method):
 
 @dataclass(frozen=True)
 class Smoothing(Method):
-    """Smoothing splines near the points. Give one of the four amounts.
+    """Smoothing splines near the points. Give one of the five amounts.
 
     Parameters
     ----------
@@ -283,6 +283,9 @@ class Smoothing(Method):
         curve's size (the diagonal of the box around its points), such as ``"2%"``.
     tube : float, (B,) array or str
         The curve of least bending within this distance of every point.
+    s : float or (B,) array, optional
+        The smoothest curve whose Σ w |p(t) − q|² is at most this, as in ``scipy.interpolate.splprep``, where w is the square of the weight.
+        Found by bisection, in some 45 fits of all curves.
     within : float or str
         The same within this distance of the whole polygon, and the polygon within it of the curve: for maps and drawings. Long
         straight lines stay straight, and closed curves keep their area. Lengths such as ``"2km"`` are for geometries whose CRS has
@@ -313,6 +316,7 @@ class Smoothing(Method):
     lam: Any = None
     deviation: Any = None
     tube: Any = None
+    s: Any = None
     within: float | str | None = None
     corners: Literal["auto", "straight"] | float | None = None
     pin_ends: bool | None = None
@@ -321,18 +325,24 @@ class Smoothing(Method):
     off_surface: float | None = None
     units: Literal["m"] | None = None
 
+    def _amounts(self) -> dict[str, Any]:
+        """The amounts that were given, by their names."""
+        amounts = {"lam": self.lam, "deviation": self.deviation, "tube": self.tube, "s": self.s, "within": self.within}
+        return {name: value for name, value in amounts.items() if value is not None}
+
     def __post_init__(self) -> None:
-        amounts = {"lam": self.lam, "deviation": self.deviation, "tube": self.tube, "within": self.within}
-        asked = [name for name, value in amounts.items() if value is not None]
+        asked = list(self._amounts())
         if len(asked) != 1:
-            raise TypeError(f"give one of lam, deviation, tube and within, as in Smoothing(lam=0.1), and not {' and '.join(asked) or 'none'}")
-        name, amount = asked[0], amounts[asked[0]]
+            raise TypeError(f"give one of lam, deviation, tube, s and within, as in Smoothing(lam=0.1), and not {' and '.join(asked) or 'none'}")
+        name, amount = asked[0], self._amounts()[asked[0]]
         if not isinstance(amount, str) and np.ndim(amount) == 1 and name != "within":
             values = floats(amount, name)
             for i, value in enumerate(values.tolist()):
                 _number(f"{name}[{i}]", value, above=name != "lam")
             # As numbers, arrays can be compared.
             object.__setattr__(self, name, _tuples(values))
+        elif name == "s":
+            _number(name, amount)
         elif name != "lam":
             _distance(name, amount)
         elif not isinstance(amount, str):
@@ -404,17 +414,17 @@ class Smoothing(Method):
         >>> fit.sample(50).shape
         (100, 50, 2)
         """
-        amounts = {"lam": self.lam, "deviation": self.deviation, "tube": self.tube, "within": self.within}
-        name, value = next((name, value) for name, value in amounts.items() if value is not None)
+        ((name, value),) = self._amounts().items()
         corners = "none" if self.corners is None else str(self.corners)
         pin_ends = self.lam is None if self.pin_ends is None else self.pin_ends
         if (values := values_of(curves, t)) is not None:
             return fitted(self, *values, {"t": t, "closed": closed, "tangents": tangents, "weights": weights, "pinned": pinned, "topology": topology, "device": device, "precision": precision})
         given = ragged(curves)
         _places(device, precision)
-        if self.units is not None:
-            method = self._in_metres(given)
-            return method.fit(given, t=t, closed=closed, tangents=tangents, weights=weights, pinned=pinned, topology=topology, device=device, precision=precision)
+        if self.units is not None or self.s is not None:
+            options = {"t": t, "closed": closed, "weights": weights, "pinned": pinned, "topology": topology, "device": device, "precision": precision}
+            method = self._of_residuals(given, options) if self.units is None else self._in_metres(given)
+            return method.fit(given, tangents=tangents, **options)
         if name != "lam" and not isinstance(value, str):
             warn_of_degrees(given, (self,), name)
         shares = _shares(topology, given, closed) and self.surface is None
@@ -436,6 +446,31 @@ class Smoothing(Method):
             self, t=t, closed=closed, tangents=tangents, weights=weights, pinned=pinned, topology=shares, device=device, precision=precision
         )
         return Fit(fit, given, fit.dimension, clock, recipe)
+
+    def _of_residuals(self, curves: Ragged[Any], options: dict[str, Any]) -> Smoothing:
+        """The method with the largest λ of each curve that keeps its sum of squares."""
+        if self.surface is not None:
+            raise ValueError("s is of curves in the plane or in space: give lam, deviation or tube in a surface")
+        if np.ndim(self.s) and len(self.s) != len(curves):
+            raise ValueError(f"s: {len(self.s)} numbers for {len(curves)} curves: give one per curve")
+        weights = np.ones(len(curves.coords)) if options["weights"] is None else per_point(options["weights"], curves, "weights").copy()
+        through = replace(self, s=None, lam=0.0).fit(curves, **options)._fit
+        knots, ends = through.knots()
+        own = split(knots, ends)
+        places = np.concatenate([knots[:0], *(_places_of(one, points) for one, points in zip(own, split(curves.coords, curves.offsets)))])
+        # A ring whose last point repeats its first has it once.
+        weights[curves.offsets[1:][through.batch.closed & (np.diff(ends) == curves.counts)] - 1] = 0.0
+        sizes = np.array([max(one[-1] - one[0], 1e-100) ** 3 if len(one) else 1.0 for one in own])
+        low, high = np.full(len(own), -24.0), np.full(len(own), 9.0)
+        # To 1e-12 of the exponent.
+        for _ in range(45):
+            middle = 0.5 * (low + high)
+            fit = replace(self, s=None, lam=sizes * 10**middle).fit(curves, **options)._fit
+            values = fit.evaluate(places, curves.offsets, 0).reshape(len(places), -1)
+            squares = np.append(weights * ((values - curves.coords) ** 2).sum(axis=1), 0.0)
+            sums = np.add.reduceat(squares, curves.offsets[:-1]) * (curves.counts > 0)
+            low, high = np.where(sums > self.s, low, middle), np.where(sums > self.s, middle, high)
+        return replace(self, s=None, lam=sizes * 10**low)
 
     def _in_metres(self, curves: Ragged[Any]) -> Smoothing:
         """The method for these curves whose distances are metres."""
@@ -706,6 +741,16 @@ def _directions(monotone: Any, dimension: int) -> list[list[float]]:
             raise ValueError(f"monotone is {monotone!r}; axes are 'x', 'y', 'z' or some of them, such as 'xy'")
         return [[float(axis == other) for other in "xyz"] for axis in monotone]
     return [_vector(row, dimension, "monotone") for row in np.atleast_2d(np.asarray(monotone, dtype=float))]
+
+
+def _places_of(knots: Floats, points: Floats) -> Floats:
+    """The parameter of each point; points that repeat one share its knot."""
+    if len(knots) - len(points) in (0, 1):
+        return knots[: len(points)]
+    entries = np.cumsum(np.append(False, (points[1:] != points[:-1]).any(axis=1))[: len(points)])
+    if not len(points) or entries[-1] >= len(knots):
+        return np.zeros(len(points))
+    return np.asarray(knots[entries])
 
 
 def _tuples(array: Any) -> Any:

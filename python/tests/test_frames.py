@@ -145,7 +145,7 @@ def test_structs_are_read_by_the_names_of_their_fields():
 
 def test_options_are_checked_when_a_method_is_made():
     for make, error, sentence in (
-        (lambda: fc.Smoothing(), TypeError, "give one of lam, deviation, tube and within"),
+        (lambda: fc.Smoothing(), TypeError, "give one of lam, deviation, tube, s and within"),
         (lambda: fc.Smoothing(lam=1, tube=2), TypeError, "and not lam and tube"),
         (lambda: fc.Smoothing(lam=np.ones((3, 1))), TypeError, r"lam is an array of the shape \(3, 1\)"),
         (lambda: fc.Fair(per_span=-1), ValueError, "per_span is -1; it must be at least 1"),

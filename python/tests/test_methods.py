@@ -146,7 +146,7 @@ def test_bad_curves_are_data_and_leave_their_neighbours_alone():
         (lambda: fc.Natural().fit(CURVES, device="cpu", precision="f32"), ValueError, "belongs to a GPU"),
         (lambda: fc.Natural().fit(CURVES, closed=[True]), ValueError, "1 flags for 200 curves"),
         (lambda: fc.Natural().fit(CURVES, closed="yes"), ValueError, '"auto" and one flag a curve are possible'),
-        (lambda: fc.Smoothing().fit(CURVES), TypeError, "give one of lam, deviation, tube and within"),
+        (lambda: fc.Smoothing().fit(CURVES), TypeError, "give one of lam, deviation, tube, s and within"),
         (lambda: fc.Smoothing(lam=1, tube=1).fit(CURVES), TypeError, "give one of"),
         (lambda: fc.Smoothing(deviation=-1).fit(CURVES), ValueError, "deviation is -1"),
         (lambda: fc.Natural().fit(CURVES, device="gpu:99"), RuntimeError, "99"),
@@ -359,7 +359,7 @@ def test_curves_within_a_distance_of_their_polygon_stay_straight_and_keep_their_
         fc.Smoothing(lam=1, corners="auto").fit([house])
     with pytest.raises(ValueError, match="corners is 'sharp'; auto, straight are possible"):
         fc.Smoothing(within=1, corners="sharp").fit([house])
-    with pytest.raises(TypeError, match="give one of lam, deviation, tube and within"):
+    with pytest.raises(TypeError, match="give one of lam, deviation, tube, s and within"):
         fc.Smoothing(within=1, tube=1).fit([house])
     with pytest.raises(ValueError, match="within goes by arc length"):
         fc.Smoothing(within=1, parametrisation="uniform").fit([house])
@@ -395,3 +395,30 @@ def test_ends_that_rounding_parts_are_one_point():
         fit = fc.Natural().fit([ring * scale, exact * scale, apart * scale], closed="auto")
         assert [len(k) for k in fit.knots] == [9, 9, 9] and fit._closed().tolist() == [True, True, False]
         assert np.array_equal(fit.sample(64)[0], fit.sample(64)[1])
+
+
+def test_sums_of_squares_are_those_asked_for():
+    rng = np.random.default_rng(7)
+    curves = [rng.normal(size=(n, 2)).cumsum(axis=0) for n in (12, 5, 30)] + [np.array([[0, 0], [1, 1], [1, 1], [2, 0], [3, 1.0]])]
+    given = np.array([0.5, 0.01, 3.0, 0.02])
+    weights = [rng.uniform(0.5, 2, len(one)) for one in curves]
+    for closed in (False, True):
+        fit = fc.Smoothing(s=given).fit(curves, weights=weights, closed=closed)
+        places = [fc._methods._places_of(knots, one) for knots, one in zip(fit.knots, curves)]
+        sums = [float((w * ((at - one) ** 2).sum(axis=1)).sum()) for w, at, one in zip(weights, fit(places), curves)]
+        assert np.allclose(sums, given, rtol=1e-6, atol=0) and (fit.status == "converged").all(), sums
+    ring = np.concatenate([curves[0], curves[0][:1]])
+    assert np.array_equal(fc.Smoothing(s=0.5).fit([ring], closed="auto").sample(30)[0], fc.Smoothing(s=0.5).fit(curves[:1], closed=True).sample(30)[0])
+    interpolate = pytest.importorskip("scipy.interpolate")
+    x = np.linspace(0, 6, 40)
+    y = np.sin(x) + 0.2 * rng.normal(size=40)
+    theirs = interpolate.UnivariateSpline(x, y, s=2.0)
+    # SciPy takes as few knots as do, and bends as much or more.
+    ours = fc.Smoothing(s=2.0).fit(y[None], t=x)
+    def bending(second):
+        return float(np.trapezoid(second**2, np.linspace(0, 6, 2001)))
+    assert bending(ours(np.linspace(0, 6, 2001), 2)[0]) <= bending(theirs.derivative(2)(np.linspace(0, 6, 2001)))
+    with pytest.raises(ValueError, match="s is -1"):
+        fc.Smoothing(s=-1)
+    with pytest.raises(ValueError, match="s: 2 numbers for 1 curves"):
+        fc.Smoothing(s=[1.0, 2.0]).fit(curves[:1])
