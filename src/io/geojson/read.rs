@@ -521,9 +521,9 @@ impl<'a> Reader<'a> {
 }
 
 /// Geographic coordinate reference systems: those of EPSG by their codes, and names that files give.
-const GEOGRAPHIC: [&str; 25] = [
+const GEOGRAPHIC: &[&str] = &[
     "4326", "4979", "4258", "4937", "4269", "4267", "4283", "7844", "4617", "4674", "4490", "4612", "6668", "4167",
-    "4171", "4277", "4230", "4322", "CRS84", "CRS84h", "CRS83", "CRS27", "WGS 84", "WGS84", "ETRS89",
+    "4171", "4277", "4230", "4322", "CRS84", "CRS84h", "CRS83", "CRS27", "WGS 84", "WGS84", "ETRS89", "NAD83",
 ];
 
 /// Whether an old `crs` member is of longitudes and latitudes in degrees, as it is where it is null.
