@@ -2,7 +2,7 @@
 
 usage: users.py [RUNS]      needs faircurve, scipy, interpax and csaps
 
-Every library runs in a process of its own, all after one another. A time is that of fitting all curves and of values at 80 parameters
+Every library runs in a separate process, one after the other. A time covers the fit of all curves and the values at 80 parameters
 of each, the median of RUNS (5 by default; loops run once over 500 curves, and compiled ones are warm); memory is what the process has more while it keeps the fit than before.
 """
 

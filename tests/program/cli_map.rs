@@ -391,6 +391,25 @@ fn polygons_are_mended_as_they_are_written() {
 }
 
 #[test]
+fn a_mended_coast_has_no_more_points_than_before() {
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("saronic.geojson"), include_str!("../data/saronic.geojson")).unwrap();
+    let points = |crossings: &str| {
+        let said = contains(if crossings == "mend" {
+            "2 crossings: 9 spans were drawn tighter, 0 left"
+        } else {
+            "2 crossings"
+        });
+        let command =
+            format!("map saronic.geojson -o {crossings}.geojson --within 10km --crossings {crossings} --device cpu");
+        run(&folder, &command).code(0).stderr(said);
+        io::read(folder.path().join(format!("{crossings}.geojson"))).unwrap().total_points()
+    };
+    let [crossing, mended] = ["count", "mend"].map(points);
+    assert!(10 * mended < 11 * crossing, "{crossing} points, mended {mended}");
+}
+
+#[test]
 fn polygons_keep_their_areas_with_their_shared_borders() {
     let folder = TempDir::new().unwrap();
     // Two countries whose common border bulges, and an island.
