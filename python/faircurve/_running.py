@@ -4,9 +4,31 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 
 from . import _core
+
+
+def _line(done: int, curves: int) -> None:
+    print(f"\r{done:,} of {curves:,} curves", end="", file=sys.stderr, flush=True)
+
+
+@contextmanager
+def _bar() -> Iterator[Callable[[int, int], object]]:
+    try:
+        from tqdm.auto import tqdm
+    except ImportError:
+        tqdm = None
+    if tqdm is None:
+        yield _line
+        return
+    with tqdm(unit=" curves") as bar:
+
+        def show(done: int, curves: int) -> None:
+            bar.total, bar.n = curves, done
+            bar.refresh()
+
+        yield show
 
 
 @contextmanager
@@ -25,29 +47,12 @@ def progress(show: Callable[[int, int], object] | None = None) -> Iterator[None]
     >>> with fc.progress(lambda done, curves: None):
     ...     fit = fc.Fair().fit([[(0, 0), (2, 1), (3, 0)]])
     """
-    bar = None
-    if show is None:
+    with _bar() if show is None else nullcontext(show) as called:
+        _core.watch(called)
         try:
-            from tqdm.auto import tqdm
-        except ImportError:
-
-            def show(done: int, curves: int) -> None:
-                print(f"\r{done:,} of {curves:,} curves", end="", file=sys.stderr, flush=True)
-
-        else:
-            bar = tqdm(unit=" curves")
-
-            def show(done: int, curves: int) -> None:
-                bar.total, bar.n = curves, done
-                bar.refresh()
-
-    _core.watch(show)
-    try:
-        yield
-    finally:
-        _core.watch(None)
-        if bar is not None:
-            bar.close()
+            yield
+        finally:
+            _core.watch(None)
 
 
 def set_num_threads(threads: int) -> None:
