@@ -52,14 +52,15 @@ mkdir "$work/run"
 cp -r tests examples pyproject.toml README.md "$work/run"
 (
   cd "$work/run"
-  export PYTHONDONTWRITEBYTECODE=1
-  package=$("$tools/bin/python" -c 'import faircurve; print(faircurve.__path__[0])')
-  "$tools/bin/python" -m pytest --quiet tests README.md "$package"
-  "$tools/bin/mypy" --config-file pyproject.toml -p faircurve
-  "$tools/bin/mypy" --config-file pyproject.toml tests/test_types.py examples
-  "$tools/bin/pyright" --pythonpath "$tools/bin/python" tests/test_types.py examples "$package"
-  "$tools/bin/pyright" --pythonpath "$tools/bin/python" --ignoreexternal --verifytypes faircurve | tail -n 3
-  "$tools/bin/python" -m mypy.stubtest faircurve._core --mypy-config-file pyproject.toml
+  # pyright --verifytypes looks for the package where the python of PATH does.
+  export PYTHONDONTWRITEBYTECODE=1 PATH=$tools/bin:$PATH
+  package=$(python -c 'import faircurve; print(faircurve.__path__[0])')
+  python -m pytest --quiet tests README.md "$package"
+  mypy --config-file pyproject.toml -p faircurve
+  mypy --config-file pyproject.toml tests/test_types.py examples
+  pyright tests/test_types.py examples "$package"
+  pyright --ignoreexternal --verifytypes faircurve >"$work/types" || { cat "$work/types"; exit 1; }
+  python -m mypy.stubtest faircurve._core --mypy-config-file pyproject.toml
 )
 for example in examples/*.py; do
   echo "--- $example"
