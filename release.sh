@@ -67,7 +67,7 @@ venv=$target/release-tools
 "$venv/bin/pip" install --quiet --disable-pip-version-check 'maturin>=1.9,<2' ziglang cffconvert twine
 "$venv/bin/cffconvert" --validate
 for machine in x86_64 aarch64; do
-  rustup target add --quiet "$machine-unknown-linux-gnu"
+  rustup target add "$machine-unknown-linux-gnu"
   (cd python && PATH=$venv/bin:$PATH maturin build --release --locked --zig --compatibility manylinux2014 --target "$machine-unknown-linux-gnu" --out "$out")
 done
 (cd python && "$venv/bin/maturin" sdist --out "$out")

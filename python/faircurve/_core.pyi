@@ -160,7 +160,7 @@ def fair(
     per_span: int,
     spacing: float | None,
     pins: str,
-    deviation: str | None,
+    deviation: str | Sequence[float] | None,
     limits: Mapping[str, object],
     surface: Surface | None,
     off_surface: float | None,

@@ -130,8 +130,8 @@ class Fit(Generic[ArrayT]):
         return columns
 
     def report(self) -> dict[str, Any]:
-        """One entry a curve in every column: status, message, energy, iterations, gradient_norm, max_deviation, smoothing, gain,
-        loops, and, of fair curves with limits, violation, active, cost, stretch, neighbours and touching.
+        """The report as columns of one entry per curve: status, message, energy, iterations, gradient_norm, max_deviation, smoothing,
+        gain, loops, and, of fair curves with limits, violation, active, cost, stretch, neighbours and touching.
 
         ``pandas.DataFrame(fit.report())`` is a table. ``max_deviation`` is the largest distance of the curve from its
         points, ``smoothing`` the λ of smoothing splines (NaN for others), ``gain`` the part of the energy that further ``starts`` of
@@ -173,17 +173,41 @@ class Fit(Generic[ArrayT]):
     @property
     def status(self) -> Any:
         """One word per curve: ``"converged"``, or why not: ``"not_converged"``, ``"unbounded"``, ``"no_minimiser"``, ``"not_unique"``,
-        ``"infeasible"``, ``"degenerate"`` or ``"invalid"``."""
+        ``"infeasible"``, ``"degenerate"`` or ``"invalid"``.
+
+        Returns
+        -------
+        (B,) array of str, or Series
+            With the labels of their rows where curves have labels.
+
+        Examples
+        --------
+        >>> import faircurve as fc
+        >>> fc.Natural().fit([[(0, 0), (1, 1)], [(2, 2), (2, 2)]]).status.tolist()
+        ['converged', 'degenerate']
+        """
         return self._of_curves(self._report["status"].copy())
 
     @property
     def messages(self) -> Any:
-        """A sentence for every curve with something to say."""
+        """A sentence for every curve with something to say, which names the point, the value and the remedy; None for others.
+
+        Returns
+        -------
+        list, or Series
+            With the labels of their rows where curves have labels.
+        """
         return self._of_curves(list(self._report["message"]))
 
     @property
     def energy(self) -> Any:
-        """The energy of every curve, in units of the input."""
+        """The energy that a curve's method minimises, in units of the input: ∫|p″|² dt of splines, the weighted sum of :class:`Fair`.
+
+        Returns
+        -------
+        (B,) array, or Series
+            NaN for curves that were not fitted, infinite on overflow.
+        """
         return self._of_curves(self._report["energy"].copy())
 
     @property
@@ -567,29 +591,86 @@ class Fit(Generic[ArrayT]):
 
     @property
     def length(self) -> Any:
-        """Arc lengths, to a relative error of 1e-9."""
+        """Arc lengths, to a relative error of 1e-9.
+
+        Returns
+        -------
+        (B,) array, or Series
+            In units of the input, in a surface of longitudes and latitudes in metres. 0 for curves without a span.
+
+        Warns
+        -----
+        UserWarning
+            Points are in degrees, and no surface was given.
+
+        Examples
+        --------
+        >>> import faircurve as fc
+        >>> fc.Natural().fit([[(0, 0), (3, 4)]]).length.tolist()
+        [5.0]
+        """
         warn_of_degrees(self._curves, self._recipe, "length")
         return self._of_curves(self._length.copy())
 
     @property
     def max_curvature(self) -> Any:
-        """Largest curvatures (1/length), infinite at cusps."""
+        """Largest curvatures (1/length).
+
+        Returns
+        -------
+        (B,) array, or Series
+            0 for straight lines, infinite at cusps.
+
+        Warns
+        -----
+        UserWarning
+            Points are in degrees, and no surface was given.
+        """
         warn_of_degrees(self._curves, self._recipe, "max_curvature")
         return self._of_curves(self._max_curvature.copy())
 
     @property
     def knots(self) -> list[Any]:
-        """The parameters of each curve's knots; a closed curve has the one more at which it meets its first point again."""
+        """The parameters of each curve's knots.
+
+        Returns
+        -------
+        list of (n,) arrays
+            Dates where ``t`` was dates. A closed curve has one more, at which it meets its first point again.
+
+        Examples
+        --------
+        >>> import faircurve as fc
+        >>> fc.Natural().fit([[(0, 0), (3, 4), (3, 5)]]).knots[0].tolist()
+        [0.0, 5.0, 6.0]
+        """
         t, offsets = self._fit.knots()
         return [self._dated(one, exact=True) for one in split(t, offsets)]
 
     def to_bezier(self, tolerance: float | None = None) -> list[Floats]:
-        """The curves as cubic Béziers: an array (k, 4, d) each, exact for splines.
+        """The curves as cubic Béziers, exact for splines.
 
         Parameters
         ----------
         tolerance : float, optional
-            Largest distance between both curves, units of the input. By default 1e-6 of each curve's size.
+            Largest distance between both curves, units of the input. By default 1e-6 of each curve's size. Curves that are no splines
+            take the longer the smaller it is: fair curves some 10 ms each by default.
+
+        Returns
+        -------
+        list of (k, 4, d) arrays
+            The control points of the k cubics of each curve.
+
+        Raises
+        ------
+        ValueError
+            A tolerance that is not positive.
+
+        Examples
+        --------
+        >>> import faircurve as fc
+        >>> fc.Natural().fit([[(0, 0), (3, 0)]]).to_bezier()[0].tolist()
+        [[[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]]]
         """
         if tolerance is None:
             sizes = [np.ptp(one, axis=0).max() if len(one) else 0.0 for one in split(self._curves.coords, self._curves.offsets)]
@@ -630,6 +711,13 @@ class Fit(Generic[ArrayT]):
         ------
         TypeError
             For curves that are no cubic between two points, such as :class:`Fair` and :class:`Smooth` make.
+
+        Examples
+        --------
+        >>> import faircurve as fc
+        >>> fit = fc.Natural().fit([[(0, 0), (1, 1), (2, 0)]], t=[[0, 1, 2]])
+        >>> fit.to_bpoly()[0](0.5).tolist()
+        [0.5, 0.6875]
         """
         from scipy.interpolate import BPoly
 
@@ -741,9 +829,26 @@ class Fit(Generic[ArrayT]):
         return f"<faircurve.Fit: {len(self)} curves ({statuses}), {self.device}>"
 
     def plot(self, ax: Any = None, *, points: bool = True, **options: Any) -> Any:
-        """Draws the curves with matplotlib; returns the axes.
+        """Draws the curves with matplotlib, by 16 samples per span.
 
-        ``options`` go to the line collection (``color``, ``linewidth``, …).
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            By default the current axes, or for curves in space new ones.
+        points : bool
+            Whether the points are drawn, too.
+        **options
+            Of the line collection, such as ``color`` and ``linewidth``.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes.
+
+        Warns
+        -----
+        UserWarning
+            Curves in space on planar axes.
         """
         import matplotlib.pyplot as plt
         from matplotlib.collections import LineCollection

@@ -137,6 +137,29 @@ def _whole(name: str, value: Any, least: int = 1) -> None:
         raise ValueError(f"{name} is {value}; it must be at least {least}")
 
 
+def _numbers(name: str, values: Any, above: bool = True, nan: bool = False) -> tuple[float, ...]:
+    """The numbers of curves as a tuple, which can be compared. Raises for one that :func:`_number` refuses, but for NaN where that is none."""
+    found = floats(values, name).reshape(-1).tolist()
+    for i, value in enumerate(found):
+        if not (nan and value != value):
+            _number(f"{name}[{i}]", value, above=above)
+    return tuple(found)
+
+
+def _check_count(name: str, given: Sequence[Any], curves: Ragged[Any], what: str = "numbers") -> None:
+    """Raises where an option of each curve is not one per curve."""
+    if len(given) != len(curves):
+        raise ValueError(f"{name} has {len(given)} {what} for {len(curves)} curves: give one per curve")
+
+
+def _check_each(name: str, given: Sequence[float], curves: Ragged[Any], shares: bool, surface: Any) -> None:
+    """Raises where an amount of each curve is not one per curve, or where curves have one for all."""
+    _check_count(name, given, curves)
+    if shares or surface is not None:
+        where = "with borders that curves share: give topology=False" if shares else "in a surface: give one number"
+        raise ValueError(f"{name} of each curve is not possible {where}")
+
+
 def _distance(name: str, value: Any) -> None:
     """Raises for a distance that is neither a positive number nor a part such as "2%"."""
     if not isinstance(value, str):
@@ -336,11 +359,7 @@ class Smoothing(Method):
             raise TypeError(f"give one of lam, deviation, tube, s and within, as in Smoothing(lam=0.1), and not {' and '.join(asked) or 'none'}")
         name, amount = asked[0], self._amounts()[asked[0]]
         if not isinstance(amount, str) and np.ndim(amount) == 1 and name != "within":
-            values = floats(amount, name)
-            for i, value in enumerate(values.tolist()):
-                _number(f"{name}[{i}]", value, above=name != "lam")
-            # As numbers, arrays can be compared.
-            object.__setattr__(self, name, _tuples(values))
+            object.__setattr__(self, name, _numbers(name, amount, above=name != "lam"))
         elif name == "s":
             _number(name, amount)
         elif name != "lam":
@@ -429,11 +448,8 @@ class Smoothing(Method):
             warn_of_degrees(given, (self,), name)
         shares = _shares(topology, given, closed) and self.surface is None
         each = isinstance(value, tuple)
-        if each and len(value) != len(given):
-            raise ValueError(f"{name}: {len(value)} numbers for {len(given)} curves: give one per curve")
-        if each and (shares or self.surface is not None):
-            where = "with borders that curves share: give topology=False" if shares else "in a surface: give one number"
-            raise ValueError(f"{name} of each curve is not possible {where}")
+        if each:
+            _check_each(name, value, given, shares, self.surface)
         batch, clock = _batch(given, closed=closed, t=t, tangents=tangents, weights=weights, pinned=pinned, topology=shares)
         if self.surface is None:
             fit = _core.smoothing(batch, name, list(value) if each else str(value), corners, pin_ends, self.parametrisation, device, precision)
@@ -451,8 +467,8 @@ class Smoothing(Method):
         """The method with the largest λ of each curve that keeps its sum of squares."""
         if self.surface is not None:
             raise ValueError("s is of curves in the plane or in space: give lam, deviation or tube in a surface")
-        if np.ndim(self.s) and len(self.s) != len(curves):
-            raise ValueError(f"s: {len(self.s)} numbers for {len(curves)} curves: give one per curve")
+        if isinstance(self.s, tuple):
+            _check_count("s", self.s, curves)
         weights = np.ones(len(curves.coords)) if options["weights"] is None else per_point(options["weights"], curves, "weights").copy()
         through = replace(self, s=None, lam=0.0).fit(curves, **options)._fit
         knots, ends = through.knots()
@@ -499,9 +515,9 @@ class Fair(Method):
         The longest edge, in place of ``per_span`` (units of the input).
     pins : {"all", "ends", "none"}, optional
         Which points stay. By default all; with ``deviation`` or an attachment the ends.
-    deviation : float or str, optional
+    deviation : float, (B,) array or str, optional
         The fairest of all curves that pass within this distance of every point: in units of the input, or a part of each
-        curve's size (the diagonal of the box around its points), such as ``"2%"``.
+        curve's size (the diagonal of the box around its points), such as ``"2%"``. In a surface one number for all.
     max_curvature : float or (B,) array, optional
         The largest curvature, for all curves or for each, in 1/length: 1 over the smallest turning radius. A curve for which none is found that keeps its
         limits is ``infeasible``. ``report()`` has the violation, the vertices held, the cost in energy and the stretch. With
@@ -521,8 +537,8 @@ class Fair(Method):
     keep_in, keep_out : array_like, optional
         Discs, or balls, that all curves stay within, or out of: a row each, the centre and the radius.
     obstacles : list of array_like, optional
-        Polygons that planar curves stay out of, edges included: corners of two coordinates each, or shapely polygons. Curves go
-        the shortest way around.
+        Polygons that planar curves stay out of, edges included: corners of two coordinates each, or shapely polygons; or a list of
+        them for each curve. Curves go the shortest way around.
     clearance : float, optional
         The distance to ``obstacles`` and ``keep_out`` (units of the input).
     half_planes : array_like, optional
@@ -565,7 +581,7 @@ class Fair(Method):
     per_span: int = 16
     spacing: float | None = None
     pins: Literal["all", "ends", "none"] | None = None
-    deviation: float | str | None = None
+    deviation: Any = None
     max_curvature: Any = None
     max_curvature_rate: float | None = None
     max_climb: float | None = None
@@ -595,17 +611,16 @@ class Fair(Method):
             value = getattr(self, name)
             if value is not None and not isinstance(value, str):
                 object.__setattr__(self, name, _tuples(np.asarray(value, float)))
-        for name in ("max_curvature", "corridor"):
+        for name, check in (("max_curvature", _number), ("corridor", _number), ("deviation", _distance)):
             value = getattr(self, name)
-            if value is not None and np.ndim(value) > 0:
-                object.__setattr__(self, name, tuple(floats(value, name).reshape(-1).tolist()))
+            if value is None or np.ndim(value) == 0:
+                check(name, value)
             else:
-                _number(name, value)
+                object.__setattr__(self, name, _numbers(name, value, nan=name != "deviation"))
         for name in ("spacing", "max_curvature_rate", "max_climb", "clearance", "off_surface", "tolerance"):
             _number(name, getattr(self, name))
         _number("max_stretch", self.max_stretch, least=1.0)
         _number("corners", self.corners, above=False)
-        _distance("deviation", self.deviation)
         _whole("per_span", self.per_span)
         _whole("max_iterations", self.max_iterations)
         _whole("starts", self.starts)
@@ -682,20 +697,22 @@ class Fair(Method):
         energy = default if self.energy is None else energy_of(self.energy)
         near = self.deviation is not None or energy.has("attachment")
         pins = self.pins or ("ends" if near else "all")
-        deviation = None if self.deviation is None else str(self.deviation)
         given = ragged(curves)
+        deviation = self.deviation if self.deviation is None or isinstance(self.deviation, tuple) else str(self.deviation)
         _places(device, precision)
         for name, value in (("spacing", self.spacing), ("deviation", self.deviation), ("corridor", self.corridor), ("clearance", self.clearance)):
             if value is not None and not isinstance(value, str):
                 warn_of_degrees(given, (self,), name)
         own = {"t": t, "closed": closed, "tangents": tangents, "curvatures": curvatures, "weights": weights, "pinned": pinned, "largest_curvatures": largest_curvatures, "corridors": corridors, "widths": widths}
         own["topology"] = _shares(topology, given, closed) and self.surface is None and not self._is_limited()
+        if isinstance(deviation, tuple):
+            _check_each("deviation", deviation, given, own["topology"], self.surface)
         spans = {"largest_curvatures": self._of_spans("max_curvature", largest_curvatures, given), "corridors": self._of_spans("corridor", corridors, given)}
         batch, clock = _batch(given, **{**own, **spans})
         surface = None if self.surface is None else made(self.surface)
         fit = _core.fair(
             batch, list(energy.terms), self.per_span, self.spacing, pins, deviation,
-            self._limits(given.coords.shape[1]), surface, self.off_surface, self.corners, self.solver, self.tolerance, self.max_iterations, self.starts, self.seed, device, precision,
+            self._limits(given), surface, self.off_surface, self.corners, self.solver, self.tolerance, self.max_iterations, self.starts, self.seed, device, precision,
         )  # fmt: skip
         return Fit(fit, given, fit.dimension, clock, _recipe(self, **own, device=device, precision=precision))
 
@@ -710,26 +727,39 @@ class Fair(Method):
         each = getattr(self, name)
         if not isinstance(each, tuple):
             return column
-        if len(each) != len(curves):
-            raise ValueError(f"{name} has {len(each)} numbers for {len(curves)} curves: give one, or one per curve")
+        _check_count(name, each, curves)
         of_points = np.repeat(np.array(each), curves.counts)
         if column is not None:
             of_points = np.fmin(of_points, per_point(column, curves, name))
         return [of_points[a:b] for a, b in zip(curves.offsets[:-1], curves.offsets[1:])]
 
-    def _limits(self, dimension: int) -> dict[str, object]:
+    def _limits(self, curves: Ragged[Any]) -> dict[str, object]:
         """The limits, with vectors of three coordinates."""
+        dimension = curves.coords.shape[1]
         monotone = _directions(self.monotone, dimension)
         regions = {
             "half_spaces": _regions(self.half_planes, dimension, "half_planes"),
             "keep_in": _regions(self.keep_in, dimension, "keep_in"),
             "keep_out": _regions(self.keep_out, dimension, "keep_out"),
-            "obstacles": [ring for polygon in ([] if self.obstacles is None else self.obstacles) for ring in _rings(polygon)],
+            "obstacles": self._obstacles(curves),
             "clearance": self.clearance,
         }
         bounds = {name: getattr(self, name) for name in ("max_curvature", "max_curvature_rate", "max_climb", "corridor", "max_stretch")}
         bounds = {name: None if isinstance(value, tuple) else value for name, value in bounds.items()}
         return {**bounds, **regions, "preserve_shape": self.preserve_shape, "monotone": monotone, "preserve_area": self.preserve_area, "no_crossing": self.no_crossing}
+
+    def _obstacles(self, curves: Ragged[Any]) -> list[tuple[list[list[float]], int | None]]:
+        """The rings of all polygons, each with the curve that it is an obstacle of, or None for all."""
+        given = [] if self.obstacles is None else list(self.obstacles)
+        if all(map(_is_polygon, given)):
+            return [(ring, None) for polygon in given for ring in _rings(polygon)]
+        _check_count("obstacles", given, curves, "lists")
+        return [(ring, i) for i, own in enumerate(given) for polygon in own for ring in _rings(polygon)]
+
+
+def _is_polygon(given: Any) -> bool:
+    """Whether it is one polygon, of shapely or by its corners, and not a list of them."""
+    return hasattr(given, "geom_type") or (len(given) > 0 and not hasattr(given[0], "geom_type") and np.ndim(given[0]) < 2)
 
 
 def _directions(monotone: Any, dimension: int) -> list[list[float]]:

@@ -94,12 +94,24 @@ class PPolyBatch:
 
     @property
     def x(self) -> Any:
-        """The knots: (B, n), or a list."""
+        """The knots.
+
+        Returns
+        -------
+        (B, n) array
+            Or a list of B arrays, where curves differ in their number.
+        """
         return self._flat.reshape(len(self), -1) if self._equal else split(self._flat, self._offsets)
 
     @property
     def c(self) -> Any:
-        """The coefficients (B, k, n − 1, …), highest powers first, or a list: ``c[i]`` is that of SciPy for curve i."""
+        """The coefficients of each span's polynomial, of powers of u − x, the highest first: ``c[i]`` is SciPy's ``c`` of curve i.
+
+        Returns
+        -------
+        (B, k, n − 1, …) array
+            Or a list of B arrays, where curves differ in their number of knots. k is 4 for cubics.
+        """
         order, size = self._pieces.order, int(np.prod(self._inner))
         spans = np.maximum(np.diff(self._offsets) - 1, 0)
         rows = self._pieces.coefficients().reshape(-1, order, size)

@@ -113,7 +113,7 @@ pub fn in_surface(
     fitted!(py, batch, device, precision, method)
 }
 
-/// How much is smoothed, for all curves or for each.
+/// A λ or a distance, for all curves or for each.
 #[derive(FromPyObject)]
 pub enum Value {
     All(String),
@@ -276,7 +276,8 @@ pub struct Limited {
     half_spaces: Vec<([f64; 3], f64)>,
     keep_in: Vec<([f64; 3], f64)>,
     keep_out: Vec<([f64; 3], f64)>,
-    obstacles: Vec<Vec<[f64; 2]>>,
+    /// Corners, and the curve that stays out of them, or all.
+    obstacles: Vec<(Vec<[f64; 2]>, Option<usize>)>,
     clearance: Option<f64>,
     max_stretch: Option<f64>,
     preserve_area: bool,
@@ -288,7 +289,11 @@ impl Limited {
         let half_spaces = self.half_spaces.into_iter().map(|(normal, offset)| Region::HalfSpace { normal, offset });
         let inside = self.keep_in.into_iter().map(|(center, radius)| Region::Inside { center, radius });
         let outside = self.keep_out.into_iter().map(|(center, radius)| Region::Outside { center, radius });
-        let obstacle = |(k, corners): (usize, Vec<[f64; 2]>)| Obstacle { corners, name: k.to_string(), curve: None };
+        let obstacle = |(k, (corners, curve)): (usize, (Vec<[f64; 2]>, Option<usize>))| Obstacle {
+            corners,
+            name: k.to_string(),
+            curve: curve.map(|i| i.to_string()),
+        };
         let limits = Limits {
             curvature: self.max_curvature,
             curvature_rate: self.max_curvature_rate,
@@ -318,7 +323,7 @@ pub fn fair(
     per_span: usize,
     spacing: Option<f64>,
     pins: &str,
-    deviation: Option<&str>,
+    deviation: Option<Value>,
     limits: Limited,
     surface: Option<&Bound<'_, Surface>>,
     off_surface: Option<f64>,
@@ -331,11 +336,16 @@ pub fn fair(
     device: &str,
     precision: &str,
 ) -> PyResult<Fit> {
+    let (all, each) = match deviation {
+        None => (None, None),
+        Some(Value::All(deviation)) => (Some(deviation.parse().map_err(crate::error)?), None),
+        Some(Value::Each(deviations)) => (None, Some(deviations.into_iter().map(Deviation::Units).collect::<Vec<_>>())),
+    };
     let method = Fair {
         energy: energy(terms)?,
         segments: spacing.map_or(Segments::PerSpan(per_span), Segments::Spacing),
         pins: pins.parse().map_err(crate::error)?,
-        deviation: deviation.map(str::parse).transpose().map_err(crate::error)?,
+        deviation: all,
         limits: limits.limits(),
         surface: surface.map(|surface| surface.get().shared()),
         off_surface,
@@ -346,7 +356,12 @@ pub fn fair(
         starts,
         seed,
     };
-    fitted!(py, batch, device, precision, method)
+    let place = Place::new(device, precision)?;
+    let fit = |batch: &CurveBatch, device: &Device| match &each {
+        Some(each) => method.fit_each(batch, each, device),
+        None => method.fit(batch, device),
+    };
+    fitted(py, batch, place, |points| method.work(points), fit)
 }
 
 #[pyfunction]

@@ -9,7 +9,7 @@ use std::thread;
 use std::time::Duration;
 
 use faircurve::gpu::AdapterSummary;
-use faircurve::{Choice, Device, Precision, Stopped, Work};
+use faircurve::{Choice, Device, Precision, Stopped, Work, gpu};
 use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
@@ -218,7 +218,7 @@ fn open(choice: Choice, size: Work) -> faircurve::Result<Device> {
     {
         return Ok(device);
     }
-    let device = Device::choose(choice, &size)?;
+    let device = gpu::silently(|| Device::choose(choice, &size))?;
     if device.as_gpu().is_none() {
         return Ok(device);
     }
@@ -234,7 +234,7 @@ fn open(choice: Choice, size: Work) -> faircurve::Result<Device> {
 /// The GPU at an address of the PCI bus, such as 0000:65:00.0.
 fn at_address(address: &str) -> PyResult<Choice> {
     refuse_forked()?;
-    let adapters = faircurve::gpu::adapters();
+    let adapters = gpu::silently(gpu::adapters);
     // Some tools write the domain with more zeros than others.
     let short = |address: &str| address.trim_start_matches('0').to_ascii_lowercase();
     let is_there =
@@ -252,6 +252,6 @@ fn at_address(address: &str) -> PyResult<Choice> {
 #[pyfunction]
 pub fn adapters(py: Python<'_>) -> PyResult<Vec<(String, String, String)>> {
     refuse_forked()?;
-    let found = py.detach(faircurve::gpu::adapters);
+    let found = py.detach(|| gpu::silently(gpu::adapters));
     Ok(found.into_iter().map(|adapter| (adapter.name, adapter.driver, adapter.pci_bus_id)).collect())
 }

@@ -283,6 +283,11 @@ def test_fair_curves_keep_corridors_regions_directions_and_lengths():
         assert LineString(away.sample(per_span=16)[0]).distance(Polygon(house.exterior)) >= 0.05
     sides = fc.Fair(energy, deviation=1).fit([points], widths=np.tile([0.05, 0.2], (len(points), 1)))
     assert sides.status.tolist() == ["converged"] and sides.report()["active"][0] > 0
+    own = fc.Fair(energy, obstacles=[[house], []], clearance=0.05).fit([points, points])
+    assert np.array_equal(own.sample(50)[0], away.sample(50)[0])
+    assert np.array_equal(own.sample(50)[1], fc.Fair(energy).fit([points]).sample(50)[0])
+    with pytest.raises(ValueError, match="obstacles has 2 lists for 1 curves"):
+        fc.Fair(obstacles=[[house], []]).fit([points])
     with pytest.raises(ValueError, match="obstacles has a polygon of the shape"):
         fc.Fair(obstacles=[(1, 2)]).fit([points])
     with pytest.raises(ValueError, match="keep_out has the shape"):
@@ -365,22 +370,22 @@ def test_curves_within_a_distance_of_their_polygon_stay_straight_and_keep_their_
         fc.Smoothing(within=1, parametrisation="uniform").fit([house])
 
 
-@pytest.mark.parametrize("name", ["lam", "deviation", "tube"])
-def test_amounts_of_each_curve_are_those_of_fits_alone(name):
+@pytest.mark.parametrize(("kind", "name"), [(fc.Smoothing, "lam"), (fc.Smoothing, "deviation"), (fc.Smoothing, "tube"), (fc.Fair, "deviation")])
+def test_amounts_of_each_curve_are_those_of_fits_alone(kind, name):
     curves = np.random.default_rng(2).normal(size=(5, 12, 2)).cumsum(axis=1)
     amounts = np.array([0.01, 0.1, 0.3, 0.5, 1.0])
-    method = fc.Smoothing(**{name: amounts})
+    method = kind(**{name: amounts})
     fit = method.fit(curves)
     for i, amount in enumerate(amounts.tolist()):
-        alone = fc.Smoothing(**{name: amount}).fit(curves[i : i + 1])
+        alone = kind(**{name: amount}).fit(curves[i : i + 1])
         assert np.array_equal(fit[i : i + 1].sample(40), alone.sample(40)), i
-    assert method == fc.Smoothing(**{name: amounts.tolist()})
-    with pytest.raises(ValueError, match=f"{name}: 5 numbers for 4 curves"):
+    assert method == kind(**{name: amounts.tolist()})
+    with pytest.raises(ValueError, match=f"{name} has 5 numbers for 4 curves"):
         method.fit(curves[:4])
     with pytest.raises(ValueError, match=rf"{name}\[1\] is -1"):
-        fc.Smoothing(**{name: [1.0, -1.0]})
+        kind(**{name: [1.0, -1.0]})
     with pytest.raises(ValueError, match=f"{name} of each curve is not possible in a surface"):
-        fc.Smoothing(surface="sphere", **{name: amounts}).fit(curves)
+        kind(surface="sphere", **{name: amounts}).fit(curves)
 
 
 def test_ends_that_rounding_parts_are_one_point():
@@ -420,5 +425,5 @@ def test_sums_of_squares_are_those_asked_for():
     assert bending(ours(np.linspace(0, 6, 2001), 2)[0]) <= bending(theirs.derivative(2)(np.linspace(0, 6, 2001)))
     with pytest.raises(ValueError, match="s is -1"):
         fc.Smoothing(s=-1)
-    with pytest.raises(ValueError, match="s: 2 numbers for 1 curves"):
+    with pytest.raises(ValueError, match="s has 2 numbers for 1 curves"):
         fc.Smoothing(s=[1.0, 2.0]).fit(curves[:1])

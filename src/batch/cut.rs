@@ -2,6 +2,7 @@
 //!
 //! Their messages name the original points.
 
+use std::iter;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -39,11 +40,12 @@ pub(crate) struct Traced {
 
 impl CurveBatch {
     /// Curves of this batch's points. A curve has the name of the original curve at its start, and
-    /// the first problem of its points' curves.
+    /// the first problem of this and of its points' curves.
     pub(crate) fn traced(&self, traced: Traced) -> CurveBatch {
         let Traced { coords, offsets, closed, constraints, curves: firsts, points } = traced;
-        let of = |i: usize| points[offsets[i]..offsets[i + 1]].iter().map(|&(curve, _)| curve as usize);
-        let problem = |i: usize| Some((i, of(i).find_map(|curve| self.problem(curve))?.clone()));
+        let of =
+            |i: usize| iter::once(firsts[i]).chain(points[offsets[i]..offsets[i + 1]].iter().map(|&(curve, _)| curve));
+        let problem = |i: usize| Some((i, of(i).find_map(|curve| self.problem(curve as usize))?.clone()));
         let curves = 0..closed.len();
         let problems = sort::map(curves.filter_map(problem));
         let origin = Arc::new(Origin {

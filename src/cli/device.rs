@@ -2,7 +2,7 @@
 //! opened.
 
 use clap::Args;
-use faircurve::{Choice, Device, DeviceReport, Error, Precision, Result, Work};
+use faircurve::{Choice, Device, DeviceReport, Error, Precision, Result, Work, gpu};
 use serde::Serialize;
 
 use super::words::one_of;
@@ -31,42 +31,9 @@ pub fn open(args: DeviceArgs, work: &Work, talk: Talk) -> Result<Device> {
     }
     let device = match talk.verbose {
         true => Device::choose_by(choice, work, &costs::of),
-        false => silently(|| Device::choose_by(choice, work, &costs::of)),
+        false => gpu::silently(|| Device::choose_by(choice, work, &costs::of)),
     };
     Ok(device?.with_precision(precision))
-}
-
-/// Does something while what drivers and their loaders print to stderr is kept from the user, where
-/// that can be done.
-pub fn silently<T>(act: impl FnOnce() -> T) -> T {
-    #[cfg(unix)]
-    let _silence = Silence::of_stderr();
-    act()
-}
-
-/// Sends stderr nowhere until it is dropped.
-#[cfg(unix)]
-struct Silence {
-    stderr: std::os::fd::OwnedFd,
-}
-
-#[cfg(unix)]
-impl Silence {
-    fn of_stderr() -> std::io::Result<Silence> {
-        use std::os::fd::AsFd;
-        let stderr = std::io::stderr().as_fd().try_clone_to_owned()?;
-        let nowhere = std::fs::OpenOptions::new().write(true).open("/dev/null")?;
-        rustix::stdio::dup2_stderr(nowhere)?;
-        Ok(Silence { stderr })
-    }
-}
-
-#[cfg(unix)]
-impl Drop for Silence {
-    fn drop(&mut self) {
-        // Where this fails there is nobody to tell.
-        let _ = rustix::stdio::dup2_stderr(&self.stderr);
-    }
 }
 
 /// A device as the report names it.

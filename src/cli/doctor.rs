@@ -10,7 +10,7 @@ use faircurve::{Costs, CurveBatch, Device, Precision, Result, Sampling};
 
 use super::compare::difference::{self, Bounds, Outcome};
 use super::words::with_options;
-use super::{costs, count, device, machine, show, thousands};
+use super::{costs, count, machine, show, thousands};
 
 #[derive(Args, Debug)]
 pub struct DoctorArgs {}
@@ -26,7 +26,7 @@ pub fn run(_: &DoctorArgs) -> Result<bool> {
     show(format_args!("  {}, {}", count(machine::threads(), "thread"), machine::simd()))?;
     let mut sound = self_test(&Device::cpu(), &[Precision::F64])?;
     let began = Instant::now();
-    let adapters = device::silently(gpu::adapters);
+    let adapters = gpu::silently(gpu::adapters);
     let found = began.elapsed().as_secs_f64();
     if adapters.is_empty() {
         show(format_args!(
@@ -37,7 +37,7 @@ pub fn run(_: &DoctorArgs) -> Result<bool> {
         show(format_args!("\ngpu:{number}: {}", adapter.name))?;
         print_adapter(adapter)?;
         let began = Instant::now();
-        match device::silently(|| Gpu::open(number)) {
+        match gpu::silently(|| Gpu::open(number)) {
             Ok(gpu) => sound &= test_gpu(gpu, found + began.elapsed().as_secs_f64())?,
             Err(error) => {
                 show(format_args!("  {}", with_options(error)))?;

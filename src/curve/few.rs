@@ -158,7 +158,7 @@ pub(super) fn is_corner(curve: &dyn AnyCurve, span: usize) -> bool {
         _ => span - 1,
     };
     let [a, b] = [curve.jet(before, 1.0), curve.jet(span, 0.0)].map(|jet| jet.first.normalize_or_zero());
-    a.dot(b) < CORNER.cos() && a != DVec3::ZERO && b != DVec3::ZERO
+    a.dot(b) < libm::cos(CORNER) && a != DVec3::ZERO && b != DVec3::ZERO
 }
 
 /// Moves samples of a planar curve to its sides, so that the polyline encloses the area that the curve

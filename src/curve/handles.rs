@@ -26,7 +26,7 @@ pub(crate) fn turn(before: impl Iterator<Item = DVec3> + Clone, after: impl Iter
         return 0.0;
     }
     // Precise near 0 and π too.
-    2.0 * (after - before).length().atan2((after + before).length())
+    2.0 * libm::atan2((after - before).length(), (after + before).length())
 }
 
 /// Checks the turning angle that makes a corner.

@@ -9,14 +9,16 @@ use glam::DVec3;
 use super::check::check;
 use super::corners::Corners;
 use super::curves::{FairCurves, Fitted};
+use super::deviation;
 use super::fair::{Fair, Pins};
 use super::flat;
 use super::pieces::{self, Pieces};
 use super::tally::Tally;
 use crate::batch::{CurveBatch, Unfitted};
 use crate::curve::Sampling;
+use crate::deviation::Deviation;
 use crate::device::{Device, DeviceReport, Work};
-use crate::error::{Result, thousands};
+use crate::error::{Error, Result, thousands};
 use crate::ground::{SurfaceMethod, check_samples, fit_in_surface, heights, judge_known, lifted};
 use crate::report::{CurveReport, CurveSet, Fit};
 use crate::spline::{Natural, Parametrisation};
@@ -71,9 +73,30 @@ impl Fair {
         check(self, batch)?;
         match (&self.surface, batch.dimension()) {
             (Some(surface), _) => fit_in_surface(self, surface, self.off_surface, batch, device),
-            (None, 2) => fit_in::<2>(self, batch, device).map(|(curves, reports, did)| Fit::new(curves, reports, did)),
-            (None, _) => fit_in::<3>(self, batch, device).map(|(curves, reports, did)| Fit::new(curves, reports, did)),
+            (None, _) => fit_apart(self, batch, &|_| self.deviation, device),
         }
+    }
+
+    /// Fits every curve with a [`deviation`](Self::deviation) per curve. Not in surfaces.
+    ///
+    /// # Errors
+    /// As [`fit`](Self::fit), for any of the deviations. Another number of deviations than curves. A surface.
+    pub fn fit_each(&self, batch: &CurveBatch, deviations: &[Deviation], device: &Device) -> Result<Fit> {
+        if self.surface.is_some() {
+            return Err(Error::argument("in a surface all curves have one deviation: give one for all"));
+        }
+        if deviations.len() != batch.len() {
+            let (given, curves) = (deviations.len(), batch.len());
+            return Err(Error::argument(format!(
+                "{given} deviations are given for {curves} curves: give one per curve"
+            )));
+        }
+        for deviation in deviations {
+            deviation::check(self, *deviation)?;
+        }
+        let near = Fair { deviation: deviations.first().copied().or(self.deviation), ..self.clone() };
+        check(&near, batch)?;
+        fit_apart(&near, batch, &|i| Some(deviations[i]), device)
     }
 
     /// Fits every curve and samples it.
@@ -138,7 +161,7 @@ impl SurfaceMethod for Fair {
         device: &Device,
     ) -> Result<(FairCurves, Vec<CurveReport>, DeviceReport)> {
         let within = Fair { surface: Some(surface.clone()), ..self.clone() };
-        let (mut curves, mut reports, device) = fit_in::<3>(&within, batch, device)?;
+        let (mut curves, mut reports, device) = fit_in::<3>(&within, batch, &|_| self.deviation, device)?;
         judge_known(&**surface, given, &|i| curves.vertices(i), &mut reports);
         curves.lie_in(given, surface);
         Ok((curves, reports, device))
@@ -167,13 +190,26 @@ impl SurfaceMethod for Fair {
     }
 }
 
+/// Fits curves in the plane or in space.
+fn fit_apart(
+    fair: &Fair,
+    batch: &CurveBatch,
+    deviation: &dyn Fn(usize) -> Option<Deviation>,
+    device: &Device,
+) -> Result<Fit> {
+    let fit = if batch.dimension() == 2 { fit_in::<2> } else { fit_in::<3> };
+    fit(fair, batch, deviation, device).map(|(curves, reports, did)| Fit::new(curves, reports, did))
+}
+
 /// Fits curves with D coordinates per point, cut at their corners if there are any.
 fn fit_in<const D: usize>(
     fair: &Fair,
     batch: &CurveBatch,
+    deviation: &dyn Fn(usize) -> Option<Deviation>,
     device: &Device,
 ) -> Result<(FairCurves, Vec<CurveReport>, DeviceReport)> {
-    let allowed = fair.deviation.map(|deviation| (0..batch.len()).map(|i| deviation.of(batch, i)).collect());
+    let allowed = (0..batch.len()).map(|i| Some(deviation(i)?.of(batch, i))).collect::<Option<_>>();
+    let allowed = allowed.filter(|_| fair.deviation.is_some());
     let fitted = match fair.corners {
         Some(angle) => {
             // The points of a closed curve that is neither pinned nor attached do not define

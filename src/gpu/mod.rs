@@ -30,6 +30,8 @@ mod record;
 #[doc(hidden)]
 pub mod reflect;
 mod rounds;
+#[cfg(feature = "gpu")]
+mod silence;
 #[doc(hidden)]
 pub mod source;
 mod summary;
@@ -46,10 +48,10 @@ pub(crate) use pipeline::{Lost, kept, unwritten};
 pub(crate) use rounds::Rounds;
 pub use summary::AdapterSummary;
 
-// For tests of the kernels. Versions do not promise these names.
+// For tests of the kernels, the program and Python. Versions do not promise these names.
 #[cfg(not(feature = "gpu"))]
 #[doc(hidden)]
-pub use absent::{Buffer, Downloaded, Pending, Recording};
+pub use absent::{Buffer, Downloaded, Pending, Recording, silently};
 #[cfg(feature = "gpu")]
 #[doc(hidden)]
 pub use capture::{CapturedBuffer, CapturedDispatch};
@@ -66,3 +68,6 @@ pub use pool::Buffer;
 #[cfg(feature = "gpu")]
 #[doc(hidden)]
 pub use record::Recording;
+#[cfg(feature = "gpu")]
+#[doc(hidden)]
+pub use silence::silently;

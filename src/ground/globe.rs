@@ -161,7 +161,7 @@ impl<'a> GlobeCurve<'a> {
                 if piece == 0 || piece == pieces {
                     let [given, latitude] = points[(span + piece / pieces) % points.len()];
                     let given = given + TURN * ((own[0] - given) / TURN).round();
-                    let away = (given - own[0]).abs() * latitude.to_radians().cos();
+                    let away = (given - own[0]).abs() * libm::cos(latitude.to_radians());
                     if away.max((latitude - own[1]).abs()) < SAME {
                         own = [given, latitude];
                     }
@@ -232,7 +232,7 @@ impl Curve for GlobeCurve<'_> {
     }
 
     fn speed(&self, span: usize, u: f64) -> f64 {
-        self.curve.speed(span, u).hypot(self.height_at(span, u)[1])
+        libm::hypot(self.curve.speed(span, u), self.height_at(span, u)[1])
     }
 
     fn max_curvature(&self) -> f64 {

@@ -175,7 +175,8 @@ impl Picture {
 
     /// The corridor and the obstacles of planar curves, as far as they lie in the plot.
     fn draw_areas(&self, out: &mut dyn Write, drawing: &Drawing) -> io::Result<()> {
-        if drawing.batch.dimension() != 2 || self.corridor.is_none() && self.obstacles.is_empty() {
+        let widths = drawing.batch.constraints().widths.as_deref();
+        if drawing.batch.dimension() != 2 || self.corridor.is_none() && widths.is_none() && self.obstacles.is_empty() {
             return Ok(());
         }
         let frame = &drawing.frame;
@@ -187,6 +188,10 @@ impl Picture {
         if let Some(half) = self.corridor {
             let pixels = 2.0 * half * frame.scale;
             drawing.layer(out, CORRIDOR, pixels, "", |i| drawing.given(i))?;
+        }
+        if let Some(widths) = widths {
+            let fill = format!(r#" fill="{CORRIDOR}""#);
+            drawing.layer(out, CORRIDOR, 0.5, &fill, |i| drawing.between_borders(i, widths))?;
         }
         write!(out, r#"<path fill="{OBSTACLE}" stroke="none" d=""#)?;
         for corners in &self.obstacles {
@@ -221,7 +226,8 @@ impl Picture {
             text: text.into(),
         };
         if drawing.batch.dimension() == 2 {
-            entries.extend(self.corridor.map(|_| area(CORRIDOR, "corridor")));
+            let has_corridor = self.corridor.is_some() || drawing.batch.constraints().widths.is_some();
+            entries.extend(has_corridor.then(|| area(CORRIDOR, "corridor")));
             entries.extend((!self.obstacles.is_empty()).then(|| area(OBSTACLE, "obstacles")));
         }
         let line = |colour: &'static str, dashed, text| Entry {
@@ -377,6 +383,34 @@ impl Drawing<'_> {
             pen.line_to(p);
         }
         if drawn > 0 && self.batch.is_closed(i) && self.points(i).all(|p| p.is_some()) {
+            pen.close();
+        }
+        path(pen.finish(), None)
+    }
+
+    /// The corridor with these widths to the left and to the right of the points of the batch, a quadrilateral per span.
+    fn between_borders(&self, i: usize, widths: &[f64]) -> Option<Shape> {
+        let own = self.batch.offsets()[i]..self.batch.offsets()[i + 1];
+        let points = self.batch.points(i).as_chunks::<2>().0.iter().map(|p| DVec2::from(*p));
+        let mut sites: Vec<(DVec2, [f64; 2])> = points.zip(widths.as_chunks::<2>().0[own].iter().copied()).collect();
+        sites.dedup_by(|after, before| after.0 == before.0);
+        let (count, closed) = (sites.len(), self.batch.is_closed(i));
+        let left = |k: usize| (sites[(k + 1) % count].0 - sites[k].0).perp().normalize_or_zero();
+        // Along the bisector of the turn at a point.
+        let borders = |k: usize| {
+            let before = if k > 0 || closed { left((k + count - 1) % count) } else { DVec2::ZERO };
+            let after = if k + 1 < count || closed { left(k) } else { DVec2::ZERO };
+            let (point, [to_left, to_right]) = sites[k];
+            let across = (before + after).normalize_or_zero();
+            [point + to_left * across, point - to_right * across]
+        };
+        let mut pen = Pen::new(self.look.decimals);
+        for k in 0..if closed { count } else { count.saturating_sub(1) } {
+            let ([a, b], [d, c]) = (borders(k), borders((k + 1) % count));
+            let place = |corner: DVec2| Some(self.frame.map(self.plane.project(corner.extend(0.0))?));
+            let [Some(a), Some(b), Some(c), Some(d)] = [a, b, c, d].map(place) else { continue };
+            pen.move_to(a);
+            [b, c, d].into_iter().for_each(|corner| pen.line_to(corner));
             pen.close();
         }
         path(pen.finish(), None)

@@ -220,3 +220,17 @@ fn the_input_can_be_left_out() {
     assert!(layer(&document, GIVEN).is_empty() && layer(&document, DOTS).is_empty());
     assert!(texts(&document).starts_with("A < B\n"), "{text}");
 }
+
+#[test]
+fn corridors_of_two_widths_are_drawn_between_their_borders() {
+    let widths = Some(vec![1.0, 2.0, 1.0, 2.0, 0.5, 0.5]);
+    let batch = CurveBatch::from_slices(&[&[[0.0, 0.0], [10.0, 0.0], [20.0, 0.0]][..]]).unwrap();
+    let batch = batch.with_constraints(crate::Constraints { widths, ..crate::Constraints::default() }).unwrap();
+    let text = draw(&Picture::default(), &batch);
+    let document = Document::parse(&text).unwrap();
+    let areas = layer(&document, CORRIDOR);
+    assert!(texts(&document).contains("corridor"));
+    // A quadrilateral per span: its first corner, three others and its end.
+    assert_eq!(areas[0].matches(['Z', 'z']).count(), 2, "{areas:?}");
+    assert_eq!(numbers(areas[0]).len(), 2 * 2 * 4, "{areas:?}");
+}

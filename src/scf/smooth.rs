@@ -337,8 +337,15 @@ impl Smooth {
             let what = "the curve from this point to the next is too long for the range of numbers: scale the curve";
             return Err(Unfitted { status: CurveStatus::Invalid, message: batch.sentence(i, end - 1, what) });
         }
-        let decrements =
-            format!("with a decrement of {:.1e} where {:.1e} was asked for", found.decrement, self.tolerance);
+        // There is none where the Hessian has not been positive definite.
+        let [how_near, longer, wider] = match found.decrement.is_finite() {
+            true => {
+                let decrements =
+                    format!("with a decrement of {:.1e} where {:.1e} was asked for", found.decrement, self.tolerance);
+                [decrements, "allow more".into(), "ask for a larger tolerance".into()]
+            }
+            false => ["and no minimum is near".into(), REMEDY.into(), REMEDY.into()],
+        };
         let (status, point, what) = match found.standing {
             SlopesStanding::Converged => (CurveStatus::Converged, 0, None),
             SlopesStanding::Unattained | SlopesStanding::Nowhere if is_under_tension => {
@@ -353,8 +360,7 @@ impl Smooth {
             }
             SlopesStanding::Stalled => {
                 let what = format!(
-                    "after {iterations} iterations no step leads further down, {decrements}: the curve is the best one reached; ask for a \
-                     larger tolerance"
+                    "after {iterations} iterations no step leads further down, {how_near}: the curve is the best one reached; {wider}"
                 );
                 (CurveStatus::NotConverged, 0, Some(what))
             }
@@ -363,7 +369,7 @@ impl Smooth {
                 (CurveStatus::NotConverged, 0, Some(what.into()))
             }
             SlopesStanding::Exhausted => {
-                let what = format!("{iterations} iterations were not enough, {decrements}: allow more");
+                let what = format!("{iterations} iterations were not enough, {how_near}: {longer}");
                 (CurveStatus::NotConverged, 0, Some(what))
             }
         };

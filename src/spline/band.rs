@@ -270,7 +270,7 @@ impl Band {
             return 1.0;
         }
         let latitudes = batch.points(i).iter().skip(1).step_by(batch.dimension());
-        latitudes.map(|latitude| latitude.to_radians().cos()).fold(1e-6, f64::max)
+        latitudes.map(|latitude| libm::cos(latitude.to_radians())).fold(1e-6, f64::max)
     }
 }
 

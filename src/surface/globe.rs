@@ -1,6 +1,7 @@
 //! [`Globe`]: longitudes and latitudes.
 
 use glam::{DMat3, DVec3};
+use libm::{asinh, atan, atan2, atanh, cosh, exp, hypot, sincos, tanh};
 
 use super::quadric::positive;
 use super::{Kind, Quadric, Surface};
@@ -58,7 +59,7 @@ impl Globe {
         // N = a²/√(a² cos²φ + b² sin²φ)
         let (a, b) = (self.equatorial, self.polar);
         let (across, along) = (a * cos_lat, b * sin_lat);
-        let root = across.hypot(along);
+        let root = hypot(across, along);
         DVec3::new(a * across * cos_lon, a * across * sin_lon, b * along) / root
     }
 
@@ -71,37 +72,37 @@ impl Globe {
     fn flattening(&self, sin: f64) -> f64 {
         let square = self.eccentricity();
         let e = square.abs().sqrt();
-        if square >= 0.0 { e * (e * sin).atanh() } else { -e * (e * sin).atan() }
+        if square >= 0.0 { e * atanh(e * sin) } else { -e * atan(e * sin) }
     }
 
     /// The point of the unit sphere of a place, under the conformal map of the globe, and the length on
     /// the globe of a unit of the sphere there.
     pub(crate) fn onto_sphere(&self, place: DVec3) -> (DVec3, f64) {
         let (a, b) = (self.equatorial, self.polar);
-        let across = place.x.hypot(place.y);
+        let across = hypot(place.x, place.y);
         let (sin, cos) = (place.z * (a / b), across * (b / a));
-        let (sin, cos) = (sin / sin.hypot(cos), cos / sin.hypot(cos));
-        let isometric = (sin / cos).asinh() - self.flattening(sin);
-        let (out, height) = (1.0 / isometric.cosh(), isometric.tanh());
+        let (sin, cos) = (sin / hypot(sin, cos), cos / hypot(sin, cos));
+        let isometric = asinh(sin / cos) - self.flattening(sin);
+        let (out, height) = (1.0 / cosh(isometric), tanh(isometric));
         let east = if across > 0.0 { DVec3::new(place.x, place.y, 0.0) / across } else { DVec3::X };
         (east * out + DVec3::Z * height, self.scale(sin, cos))
     }
 
     /// The place of a point of the unit sphere, and the velocity there of one on the sphere.
     pub(crate) fn place_of(&self, point: DVec3, velocity: DVec3) -> (DVec3, DVec3) {
-        let across = point.x.hypot(point.y);
+        let across = hypot(point.x, point.y);
         let out = if across > 0.0 { DVec3::new(point.x, point.y, 0.0) / across } else { DVec3::X };
-        let isometric = (point.z / across).asinh();
+        let isometric = asinh(point.z / across);
         // Newton's method for the isometric latitude of a sphere with the same latitude.
         let (mut own, square) = (isometric, self.eccentricity());
         for _ in 0..ROUNDS {
-            let sin = own.tanh();
+            let sin = tanh(own);
             let step = (own - self.flattening(sin) - isometric) * (1.0 - square * sin * sin) / (1.0 - square);
             own -= if step.is_finite() { step } else { 0.0 };
         }
-        let (sin, cos) = (own.tanh(), 1.0 / own.cosh());
+        let (sin, cos) = (tanh(own), 1.0 / cosh(own));
         let (a, b) = (self.equatorial, self.polar);
-        let root = (a * cos).hypot(b * sin);
+        let root = hypot(a * cos, b * sin);
         let place = out * (a * (a * cos / root)) + DVec3::Z * (b * (b * sin / root));
         let east = DVec3::new(-out.y, out.x, 0.0);
         let [north_there, north] = [(point.z, across), (sin, cos)].map(|(sin, cos)| DVec3::Z * cos - out * sin);
@@ -113,9 +114,9 @@ impl Globe {
     /// latitudes that differ by the flattening.
     fn scale(&self, sin: f64, cos: f64) -> f64 {
         let a = self.equatorial;
-        let (c, twice) = (self.flattening(sin.abs()), -2.0 * (sin.abs() / cos).asinh());
-        let root = (a * cos).hypot(self.polar * sin);
-        a * (a / root) * ((-c).exp() + (c + twice).exp()) / (1.0 + twice.exp())
+        let (c, twice) = (self.flattening(sin.abs()), -2.0 * asinh(sin.abs() / cos));
+        let root = hypot(a * cos, self.polar * sin);
+        a * (a / root) * (exp(-c) + exp(c + twice)) / (1.0 + exp(twice))
     }
 
     /// The unit vectors to the east and to the north at a longitude and a latitude, in degrees.
@@ -128,7 +129,7 @@ impl Globe {
     /// meridian.
     fn meridian(&self, sin: f64, cos: f64) -> [f64; 2] {
         let (a, b) = (self.equatorial, self.polar);
-        let root = (a * cos).hypot(b * sin);
+        let root = hypot(a * cos, b * sin);
         [root, (a / root) * (b / root) * (a / root) * b]
     }
 
@@ -166,7 +167,7 @@ impl Globe {
         let radius_change = 3.0 * radius * (a - b) * (a + b) * sin * cos / (root * root);
         let east_change = eastward - radius * sin * rates[1] * rates[0];
         let north_change = northward + radius_change * rates[1] * rates[1];
-        let speed = east.hypot(north);
+        let speed = hypot(east, north);
         if speed == 0.0 {
             return 0.0;
         }
@@ -179,13 +180,13 @@ impl Globe {
     pub(crate) fn curvature_in_space(&self, point: DVec3, first: DVec3, second: DVec3) -> f64 {
         let (sin, cos) = sin_cos_of_degrees(point.y);
         let [east, north] = self.ground_velocity(point.y, [first.x, first.y]);
-        let speed = east.hypot(north);
+        let speed = hypot(east, north);
         if speed == 0.0 {
             return 0.0;
         }
         let [root, radius] = self.meridian(sin, cos);
         let (e, n, across) = (east / speed, north / speed, self.equatorial * (self.equatorial / root));
-        self.curvature(point, first, second).hypot(e * e / across + n * n / radius)
+        hypot(self.curvature(point, first, second), e * e / across + n * n / radius)
     }
 
     /// The velocity in space for rates of longitude and latitude in degrees.
@@ -199,10 +200,10 @@ impl Globe {
     /// of a pole is 0.
     pub fn angles(&self, place: DVec3) -> [f64; 2] {
         let (a, b) = (self.equatorial, self.polar);
-        let out = place.x.hypot(place.y);
-        let longitude = if out == 0.0 { 0.0 } else { place.y.atan2(place.x) };
+        let out = hypot(place.x, place.y);
+        let longitude = if out == 0.0 { 0.0 } else { atan2(place.y, place.x) };
         // The normal of the spheroid at a place of it is along (x/a², y/a², z/b²).
-        [longitude.to_degrees(), (a / b * (a / b) * place.z).atan2(out).to_degrees()]
+        [longitude.to_degrees(), atan2(a / b * (a / b) * place.z, out).to_degrees()]
     }
 }
 
@@ -245,7 +246,7 @@ impl Surface for Globe {
 /// Sine and cosine of degrees, exact at multiples of 90°.
 fn sin_cos_of_degrees(degrees: f64) -> (f64, f64) {
     let quarters = (degrees / 90.0).round();
-    let (sin, cos) = (degrees - 90.0 * quarters).to_radians().sin_cos();
+    let (sin, cos) = sincos((degrees - 90.0 * quarters).to_radians());
     match quarters.rem_euclid(4.0) as u8 {
         0 => (sin, cos),
         1 => (cos, -sin),

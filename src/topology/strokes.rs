@@ -121,7 +121,7 @@ fn pairs(vertices: &Vertices, arcs: &Arcs, ends: &[End], straight: f64) -> Vec<[
         for a in 0..b {
             let (u, v) = (directions[a], directions[b]);
             let cosine = -(u[0] * v[0] + u[1] * v[1] + u[2] * v[2]);
-            if cosine > straight.cos() {
+            if cosine > libm::cos(straight) {
                 candidates.push((cosine, a, b));
             }
         }
@@ -145,7 +145,7 @@ fn outward(vertices: &Vertices, arcs: &Arcs, end: End) -> [f64; 3] {
     let (from, to) = if end.is_multiple_of(2) { (stops[0], stops[1]) } else { (stops[n - 1], stops[n - 2]) };
     let [p, q] = [from, to].map(|stop| vertices.position(stop.vertex, stop.turn));
     let chord = [q[0] - p[0], q[1] - p[1], q[2] - p[2]];
-    let length = chord.iter().fold(0.0_f64, |sum, x| sum.hypot(*x));
+    let length = chord.iter().fold(0.0_f64, |sum, x| libm::hypot(sum, *x));
     chord.map(|x| x / length)
 }
 

@@ -127,7 +127,7 @@ impl Quantity {
             Quantity::Heading => {
                 let heading = |point: DVec3, first: DVec3| {
                     let motion = globe.map_or(first, |globe| globe.motion(point, first));
-                    let degrees = motion.x.atan2(motion.y).to_degrees();
+                    let degrees = libm::atan2(motion.x, motion.y).to_degrees();
                     // Rounding must not give 360.
                     if degrees < 0.0 { (degrees + 360.0) % 360.0 } else { degrees + 0.0 }
                 };

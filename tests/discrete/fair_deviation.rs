@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use faircurve::discrete::{Energy, Fair, Pins, Segments, attachment, bending, length, tautness, variation};
+use faircurve::surface::Globe;
 use faircurve::{CurveBatch, CurveReport, CurveStatus, Deviation, Device, Sampling, io};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -392,4 +393,31 @@ fn a_curve_without_a_size_has_no_part_in_what_others_are_allowed() {
     let statuses: Vec<CurveStatus> = fit.reports().iter().map(|report| report.status).collect();
     assert_eq!(statuses, [CurveStatus::Degenerate, CurveStatus::Converged, CurveStatus::Degenerate]);
     comes_close(&fit.reports()[1], 0.02 * 4f64.hypot(0.8), "the wave");
+}
+
+#[test]
+fn deviations_of_each_curve_are_those_of_fits_alone() {
+    let curves: Vec<Vec<Planar>> = (0..3).map(|seed| noisy::<2>(24, 0.05, seed)).collect();
+    let deviations = [0.03, 0.1, 0.3].map(Deviation::Units);
+    let batch = CurveBatch::from_slices(&curves.iter().map(Vec::as_slice).collect::<Vec<_>>()).unwrap();
+    let fair = near(energy(), 1.0);
+    for fair in [fair.clone(), Fair { corners: Some(1.0), ..fair }] {
+        let fit = fair.fit_each(&batch, &deviations, &Device::cpu()).unwrap();
+        for (i, deviation) in deviations.into_iter().enumerate() {
+            let fair = Fair { deviation: Some(deviation), ..fair.clone() };
+            let alone = fair.fit(&batch.select(&[i]), &Device::cpu()).unwrap();
+            assert_eq!(
+                fit.select(&[i]).polylines(Sampling::PerSpan(SEGMENTS)).coords(),
+                alone.polylines(Sampling::PerSpan(SEGMENTS)).coords()
+            );
+            assert_eq!(fit.reports()[i].energy, alone.reports()[0].energy);
+        }
+        let refused = |deviations: &[Deviation], fair: &Fair| {
+            fair.fit_each(&batch, deviations, &Device::cpu()).unwrap_err().to_string()
+        };
+        assert!(refused(&deviations[1..], &fair).contains("2 deviations are given for 3 curves"));
+        assert!(refused(&[Deviation::Units(-1.0); 3], &fair).contains("must be positive"));
+        let on_sphere = Fair { surface: Some(Arc::new(Globe::sphere(1.0).unwrap().surface())), ..fair };
+        assert!(refused(&deviations, &on_sphere).contains("in a surface"));
+    }
 }

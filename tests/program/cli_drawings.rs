@@ -387,3 +387,13 @@ fn lengths_with_units_are_read() {
     let out = read(&folder, "out.svg");
     assert!(out.starts_with("<svg viewBox='0 0 200 50'><path d=\"M96,5L196,5 196,21 96,21Z\" class='a'/>"), "{out}");
 }
+
+#[test]
+fn paths_that_cannot_be_read_say_so_in_every_job() {
+    let folder =
+        drawing(r#"<svg xmlns="http://www.w3.org/2000/svg"><path d="M 0,0 L 5"/><path d="M1,1L5,5L7,2"/></svg>"#);
+    for job in ["fit", "fit --topology yes", "draw --within 1"] {
+        let said = contains("its path data ends where a number must follow: complete it");
+        run(&folder, &format!("{job} in.svg -o out.svg --force")).code(1).stderr(said);
+    }
+}

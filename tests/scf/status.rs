@@ -294,3 +294,13 @@ fn too_few_iterations_are_said() {
     let best = fit(&of(4.0), &one(&points, closed)).reports()[0].energy;
     assert!(report.energy > best && report.energy < 1.2 * best, "{} {best}", report.energy);
 }
+
+#[test]
+fn messages_name_no_decrement_where_there_is_none() {
+    let triangle = one(&[[0.0, 0.0], [2.0, 0.2], [0.7, 1.4]], true);
+    for nu in [1.05, 1.1, 1.15, 1.2, 1.3, 2.0] {
+        let found = fit(&of(nu), &triangle);
+        let message = found.reports()[0].message.clone().unwrap_or_default();
+        assert!(!message.contains("inf"), "ν = {nu}: {message}");
+    }
+}

@@ -79,6 +79,7 @@ test('output is that of the native program', { skip: !process.env.FAIRCURVE && '
     for (const [input, ...args] of [
       ['octopus.csv', 'fit', 'octopus.csv', '-o', 'out.npz', '--method', 'scf', '--write', 'curvature,tangent'],
       ['countries-110m.geojson', 'fit', 'countries-110m.geojson', '-o', 'out.geojson'],
+      ['countries-110m.geojson', 'map', 'countries-110m.geojson', '-o', 'out.geojson', '--within', '20km'],
       ['heights.csv', 'grid', 'heights.csv', '-o', 'out.csv'],
       ['control_points.csv', 'bezier', 'control_points.csv', '-o', 'out.csv', '--tangents', 'derivatives'],
       ['path.csv', 'fit', 'path.csv', '-o', 'out.svg', '--method', 'fair', '--as', 'bezier'],

@@ -174,7 +174,7 @@ pub(super) fn between_runs<const D: usize>(points: &[Vector<f64, D>], t: &[f64],
 }
 
 fn angle_between<const D: usize>(a: Vector<f64, D>, b: Vector<f64, D>) -> f64 {
-    (dot(a, b) / (dot(a, a) * dot(b, b)).sqrt()).clamp(-1.0, 1.0).acos()
+    libm::acos((dot(a, b) / (dot(a, a) * dot(b, b)).sqrt()).clamp(-1.0, 1.0))
 }
 
 impl<'a, const D: usize> Polygon<'a, D> {

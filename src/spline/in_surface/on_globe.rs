@@ -7,6 +7,7 @@
 //! differs by 1 part in 100 at 900 km from the great circle.
 
 use glam::{DMat3, DVec3};
+use libm::{asinh, atan2, cosh, hypot, sincos, tanh};
 use nalgebra::{Matrix3, SymmetricEigen};
 
 use super::SurfaceSpline;
@@ -50,14 +51,14 @@ impl Plane {
     /// The place of a point of the sphere, on the sheet of `near`.
     fn place(&self, point: DVec3, near: f64) -> [f64; 2] {
         let own = self.axes.transpose() * point;
-        let u = own.y.atan2(own.x);
-        [u + TAU * ((near - u) / TAU).round(), (own.z / own.x.hypot(own.y)).asinh()]
+        let u = atan2(own.y, own.x);
+        [u + TAU * ((near - u) / TAU).round(), asinh(own.z / hypot(own.x, own.y))]
     }
 
     /// The point of the sphere and the velocity there.
     fn point(&self, place: DVec3, rates: DVec3) -> (DVec3, DVec3) {
-        let (sin, cos) = place.x.sin_cos();
-        let (sech, tanh) = (1.0 / place.y.cosh(), place.y.tanh());
+        let (sin, cos) = sincos(place.x);
+        let (sech, tanh) = (1.0 / cosh(place.y), tanh(place.y));
         let (out, along) = (DVec3::new(cos, sin, 0.0), DVec3::new(-sin, cos, 0.0));
         let point = out * sech + DVec3::Z * tanh;
         let velocity = along * (sech * rates.x) + (DVec3::Z * sech - out * tanh) * (sech * rates.y);
@@ -94,9 +95,9 @@ impl SurfaceSpline {
         let radius = |(place, scale): (&[f64; 2], &f64)| {
             // The scale grows towards the great circle: the largest one in the disc. That of the
             // ellipsoid changes by less than the square of its eccentricity in a radian.
-            let nearest = (place[1].abs() - distance / scale * place[1].cosh() * 1.01).max(0.0);
+            let nearest = (place[1].abs() - distance / scale * cosh(place[1]) * 1.01).max(0.0);
             let flattening = 1.0 - (globe.eccentricity().abs() * distance / scale).min(0.5);
-            flattening * unit / scale * nearest.cosh()
+            flattening * unit / scale * cosh(nearest)
         };
         let radii: Vec<f64> = places.iter().zip(&scales).map(radius).collect();
         let coords = places.iter().flat_map(|place| place.map(|x| x * unit)).collect();

@@ -27,7 +27,7 @@ impl Smoother {
         if !self.solve(0.0) {
             return unsolvable(slot, &self.data);
         }
-        let octaves = 4.0 * (self.problem.count as f64).log2() + BEYOND;
+        let octaves = 4.0 * libm::log2(self.problem.count as f64) + BEYOND;
         let (lowest, highest) = (-octaves as i32 * STEPS_PER_OCTAVE, BEYOND as i32 * STEPS_PER_OCTAVE);
         let mut best = (f64::INFINITY, lowest);
         for first in (lowest..=highest).step_by(TRIALS * STRIDES[0] as usize) {

@@ -22,7 +22,7 @@ const LAST_STEP: i32 = 66 * STEPS_PER_OCTAVE;
 /// The λ of a step.
 pub(super) fn lambda_at(step: i32) -> f64 {
     let mantissa = f64::from(step.rem_euclid(STEPS_PER_OCTAVE)) / f64::from(STEPS_PER_OCTAVE);
-    mantissa.exp2() * 2_f64.powi(step.div_euclid(STEPS_PER_OCTAVE))
+    libm::exp2(mantissa) * 2_f64.powi(step.div_euclid(STEPS_PER_OCTAVE))
 }
 
 /// The numbers 2^(j/512) of one octave, for the kernel.
@@ -105,7 +105,7 @@ impl Smoother {
             start = start.min(self.problem.inverse_weights.iter().map(|x| 1.0 / x).sum::<f64>() / TAU.powi(4));
         }
         let [first, last] = [FIRST_STEP, LAST_STEP].map(|step| f64::from(step / STEPS_PER_OCTAVE));
-        let octaves = start.log2().clamp(first, last);
+        let octaves = libm::log2(start).clamp(first, last);
         let stride = (octaves * f64::from(STEPS_PER_OCTAVE) / f64::from(STRIDE)).floor() as i32;
         (stride * STRIDE).clamp(FIRST_STEP, LAST_STEP)
     }
