@@ -641,7 +641,7 @@ class Fit(Generic[ArrayT]):
         Examples
         --------
         >>> import faircurve as fc
-        >>> fc.Natural().fit([[(0, 0), (3, 4), (3, 5)]]).knots[0].tolist()
+        >>> fc.Natural(parametrisation="chord").fit([[(0, 0), (3, 4), (3, 5)]]).knots[0].tolist()
         [0.0, 5.0, 6.0]
         """
         t, offsets = self._fit.knots()

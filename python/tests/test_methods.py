@@ -283,7 +283,7 @@ def test_fair_curves_keep_corridors_regions_directions_and_lengths():
         assert LineString(away.sample(per_span=16)[0]).distance(Polygon(house.exterior)) >= 0.05
     sides = fc.Fair(energy, deviation=1).fit([points], widths=np.tile([0.05, 0.2], (len(points), 1)))
     assert sides.status.tolist() == ["converged"] and sides.report()["active"][0] > 0
-    own = fc.Fair(energy, obstacles=[[house], []], clearance=0.05).fit([points, points])
+    own = fc.Fair(energy, obstacles=[obstacles, []], clearance=0.05).fit([points, points])
     assert np.array_equal(own.sample(50)[0], away.sample(50)[0])
     assert np.array_equal(own.sample(50)[1], fc.Fair(energy).fit([points]).sample(50)[0])
     with pytest.raises(ValueError, match="obstacles has 2 lists for 1 curves"):

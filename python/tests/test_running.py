@@ -61,6 +61,22 @@ def test_a_gpu_gives_the_cpus_curves_and_says_a_sentence_after_a_fork():
     assert forked("cpu") == fc.Natural().fit(CURVES, device="cpu").sample(20).tobytes()
 
 
+def test_nothing_but_faircurve_says_anything_while_gpus_are_looked_for():
+    program = (
+        "import faircurve as fc\n"
+        "fc.adapters()\n"
+        "curves = [[(0, 0), (2, 1), (3, 0)]] * 20000\n"
+        "for device in ('auto', 'gpu'):\n"
+        "    try:\n"
+        "        fc.Natural().fit(curves, device=device)\n"
+        "    except RuntimeError:\n"
+        "        pass\n"
+    )
+    environment = {name: value for name, value in os.environ.items() if name != "XDG_RUNTIME_DIR"}
+    said = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, check=True).stderr
+    assert said == b""
+
+
 def test_ctrl_c_ends_a_long_fit():
     program = (
         "import signal, numpy as np, faircurve as fc\n"

@@ -401,7 +401,9 @@ fn curves_with_limits_of_places_are_those_of_the_cpu() {
     ];
     for precision in precisions(device.as_gpu().expect("a GPU")) {
         for (dimension, energy, limits) in &of_all {
-            let batch = Family { dimension: *dimension, closed: false, points: 6, sigma: 0.4 }.batch(40, 33);
+            // Curves whose torsion keeps its sign take software Vulkan a second each.
+            let curves = if limits.shape { 12 } else { 40 };
+            let batch = Family { dimension: *dimension, closed: false, points: 6, sigma: 0.4 }.batch(curves, 33);
             let mut limits = limits.clone();
             if limits.corridor.is_some() {
                 // Of every curve one stretch is in the way; none is in that of a point.
