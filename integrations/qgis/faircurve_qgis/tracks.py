@@ -174,7 +174,7 @@ class _Table:
     def __init__(self, source, time, by, keep):
         self.source, self.time, self.by = source, time, by
         self.crs, self.has_z = source.sourceCrs(), QgsWkbTypes.hasZ(source.wkbType())
-        self.clock, self.features, self.tracks = Clock(), [], {}
+        self.clock, self.features, self.tracks, self.names = Clock(), [], {}, set()
         given = source.fields()
         self.kept = [given.field(name) for name in keep]
         names = {name.lower() for name in (time, by, *keep) if name}
@@ -200,6 +200,13 @@ class _Table:
         numbers = {k: field.name().lower() for k, field in enumerate(self.kept) if field.isNumeric()}
         return ",".join(["row:nearest", *(f"c{k}:angle" if name in ANGLES else f"c{k}" for k, name in numbers.items())])
 
+    def name(self, track):
+        """What messages call another track: its value, with a number where that is the text of another value."""
+        text = "0" if track is None else str(track)
+        name = f"{text} ({len(self.tracks)})" if text in self.names or not text.strip() else text
+        self.names.add(name)
+        return name
+
     def write(self, path, feedback):
         """Writes all points that can be used; returns whether there are any, and the run is not cancelled."""
         lacks = Counter()
@@ -218,12 +225,12 @@ class _Table:
                 elif self.by is not None and _is_null(track):
                     lacks["track"] += 1
                 else:
-                    number = self.tracks.setdefault(track, len(self.tracks))
+                    name = self.tracks.get(track) or self.tracks.setdefault(track, self.name(track))
                     kept = ["" if _is_null(feature[f.name()]) or not f.isNumeric() else repr(float(feature[f.name()])) for f in self.kept]
                     for point in geometry.constGet().vertices():
                         place = [repr(point.x()), repr(point.y())]
                         height = [repr(point.z())] if self.has_z else []
-                        rows.writerow([number, *place, repr(self.clock.seconds(when)), *height, len(self.features), *kept])
+                        rows.writerow([name, *place, repr(self.clock.seconds(when)), *height, len(self.features), *kept])
                     self.features.append(feature)
         for what, count in lacks.items():
             feedback.pushWarning(f"{count} {'point is' if count == 1 else 'points are'} left out, without a {what}.")
@@ -239,7 +246,8 @@ class _Table:
                 if feedback.isCanceled():
                     return
                 nearest, seconds = self.features[int(row["row"])], float(row["t"])
-                part = row["curve"].partition(".")[2] or None
+                name = self.tracks[None if self.by is None else nearest[self.by]]
+                part = row["curve"][len(name) + 1 :] or None
                 place = [float(row[axis]) for axis in ("xyz" if self.has_z else "xy")]
                 point = QgsFeature(self.point_fields)
                 point.setGeometry(QgsGeometry(QgsPoint(*place)))

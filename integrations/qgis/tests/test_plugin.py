@@ -432,6 +432,16 @@ class Tracks(unittest.TestCase):
         made = run("smoothtracks", INPUT=given, TIME="when", TRACK="ship", GAP=1800, EVERY=600)
         self.assertEqual({(row["ship"], row["part"]) for row in made.getFeatures()}, {(7, "1"), (7, "2"), (9, "1"), (9, "2")})
 
+    def test_names_of_tracks_may_be_any_text(self):
+        names = ["A.1", "", " ", "Ærø, \"B\""]
+        rows = [[START.addSecs(3600 * hour), name] for name in names for hour in (0, 1, 9, 10)]
+        places = [f"Point ({k} {k % 3})" for k in range(len(rows))]
+        given = layer("Point", "EPSG:25832", places, "when:datetime,who:string", rows)
+        feedback = Feedback()
+        made = run("smoothtracks", feedback, INPUT=given, TIME="when", TRACK="who", GAP=7200)
+        found = {(row["who"], row["part"]) for row in made.getFeatures()}
+        self.assertEqual(found, {(name, part) for name in names for part in ("1", "2")})
+
     def test_dates_without_a_zone_stay_as_they_are_written(self):
         made = run("smoothtracks", INPUT=tracks(spec=Qt.LocalTime), TIME="when", TRACK="ship", EVERY=3600)
         self.assertEqual({row["when"].toString("hh:mm") for row in made.getFeatures()}, {"06:00", "07:00", "08:00"})
