@@ -63,7 +63,7 @@ class Fit(Generic[ArrayT]):
         method, options = self._recipe
         if "CPU" in self.device:
             options = {**options, "device": "cpu"}
-        return _fitted_again, (method, self._curves, options)
+        return _fitted_again, (method, self._curves, options, self.device)
 
     def save(self, path: str | PathLike[str]) -> None:
         """Writes the fit to a file that :func:`faircurve.load` reads: NPZ, with the points, what was given of them, and the method.
@@ -926,8 +926,18 @@ def _selected_again(whole: Fit[Any], numbers: list[int]) -> Fit[Any]:
     return whole[numbers]
 
 
-def _fitted_again(method: Any, curves: Ragged[Any], options: dict[str, Any]) -> Fit[Any]:
-    fit: Fit[Any] = method.fit(curves, **options)
+def _fitted_again(method: Any, curves: Ragged[Any], options: dict[str, Any], device: str) -> Fit[Any]:
+    """A fit that `device` made: again, on the CPU where there is no such GPU. A warning tells of another kind of device."""
+    on_cpu = "CPU" in device
+    try:
+        fit: Fit[Any] = method.fit(curves, **options)
+    except RuntimeError:
+        if on_cpu:
+            raise
+        fit = method.fit(curves, **{**options, "device": "cpu", "precision": "auto"})
+    if on_cpu != ("CPU" in fit.device):
+        sentence = f"the fit was made on {device}; made again on {fit.device} its curves differ in their last digits"
+        warnings.warn(sentence, UserWarning, stacklevel=2)
     return fit
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import datetime
 import functools
 import hashlib
 import io
 import json
+import os
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass, replace
@@ -33,8 +35,16 @@ def save(fit: Fit[Any], path: str | PathLike[str]) -> None:
     """See :meth:`Fit.save`."""
     arrays: dict[str, Any] = {}
     text = json.dumps({"faircurve": __version__, "device": fit.device, "digest": _digest(fit), "fit": _packed(fit, arrays)})
-    with open(path, "wb") as file:
-        np.savez(file, allow_pickle=False, fit=np.frombuffer(text.encode(), np.uint8), **arrays)
+    # A file that is there is replaced once the new one is whole.
+    part = f"{os.fspath(path)}.{os.getpid()}.part"
+    try:
+        with open(part, "xb") as file:
+            np.savez(file, allow_pickle=False, fit=np.frombuffer(text.encode(), np.uint8), **arrays)
+        os.replace(part, path)
+    except BaseException:
+        with contextlib.suppress(FileNotFoundError):
+            os.unlink(part)
+        raise
 
 
 def load(path: str | PathLike[str]) -> Fit[Any]:
@@ -56,13 +66,11 @@ def load(path: str | PathLike[str]) -> Fit[Any]:
     ------
     ValueError
         A file that holds no fit.
-    RuntimeError
-        A fit of a GPU, where there is none.
 
     Warns
     -----
     UserWarning
-        Another version or another device gives curves that differ in their last digits.
+        Another version or another device, such as the CPU where there is no GPU, gives curves that differ in their last digits.
 
     Examples
     --------
@@ -79,7 +87,8 @@ def load(path: str | PathLike[str]) -> Fit[Any]:
             raise ValueError(f"{path} holds {', '.join(arrays) or 'nothing'}; a fit is what Fit.save writes")
         head = json.loads(bytes(arrays["fit"]))
         fit: Fit[Any] = _unpacked(head["fit"], arrays)
-    if _digest(fit) != head["digest"]:
+    # Another kind of device has been told of.
+    if ("CPU" in fit.device) == ("CPU" in head["device"]) and _digest(fit) != head["digest"]:
         warnings.warn(
             f"{path} was fitted by faircurve {head['faircurve']} on {head['device']}; curves of faircurve {__version__} on {fit.device} "
             "differ from them in their last digits",
@@ -109,7 +118,7 @@ def _of_points(name: str, values: Any, curves: Ragged[Any]) -> Any:
 def _packed_fit(fit: Fit[Any], arrays: dict[str, Any]) -> Any:
     if isinstance(fit._recipe, _Selection):
         return {"whole": _packed(fit._recipe.whole, arrays), "numbers": list(map(int, fit._recipe.numbers))}
-    _, (method, curves, options) = fit.__reduce__()
+    _, (method, curves, options, device) = fit.__reduce__()
     if options.get("t") is not None:
         seconds, clock = _times.times(options["t"], curves)
         curves = replace(curves, t=seconds, clock=clock)
@@ -117,7 +126,7 @@ def _packed_fit(fit: Fit[Any], arrays: dict[str, Any]) -> Any:
     if options.get("closed") is not None:
         kept["closed"] = options["closed"] if isinstance(options["closed"], str) else np.asarray(options["closed"])
     columns = {name: _of_points(name, value, curves) for name, value in options.items() if name not in (*kept, "t", "closed")}
-    return {"method": _packed(method, arrays), "curves": _packed(curves, arrays), "options": _packed({**kept, **columns}, arrays)}
+    return {"method": _packed(method, arrays), "curves": _packed(curves, arrays), "options": _packed({**kept, **columns}, arrays), "device": device}
 
 
 def _packed(value: Any, arrays: dict[str, Any]) -> Any:
@@ -229,8 +238,8 @@ def _unpacked(given: Any, arrays: Any) -> Any:
             return {unpack(key): unpack(one) for key, one in pairs}
         case {"fit": {"whole": whole, "numbers": numbers}}:
             return _selected_again(unpack(whole), numbers)
-        case {"fit": {"method": method, "curves": curves, "options": options}}:
-            return _fitted_again(unpack(method), unpack(curves), unpack(options))
+        case {"fit": {"method": method, "curves": curves, "options": options, "device": device}}:
+            return _fitted_again(unpack(method), unpack(curves), unpack(options), device)
         case {"class": name, "given": items}:
             return _CLASSES[name](*map(unpack, items))
         case {"class": name, "fields": own}:

@@ -1,6 +1,8 @@
 """A fit that was saved gives the same bits, the same kinds and the same labels when it is loaded."""
 
+import os
 import pickle
+import re
 import warnings
 
 import numpy as np
@@ -131,3 +133,30 @@ def test_what_is_no_fit_is_a_sentence_and_other_bits_are_told(tmp_path):
     with pytest.warns(UserWarning, match="differ from them in their last digits"):
         fc.load(tmp_path / "fit.npz")
     same(fit, pickle.loads(pickle.dumps(fit)))
+
+
+@pytest.mark.skipif("FAIRCURVE_REQUIRE_GPU" not in os.environ and not fc.adapters(), reason="no GPU")
+def test_fits_of_a_gpu_are_made_again_where_there_is_none(tmp_path):
+    fit = fc.Natural().fit(CURVES, device="gpu", precision="f64")
+    same(fit, again(fit, tmp_path))
+    same(fit, pickle.loads(pickle.dumps(fit)))
+    make, (method, curves, options, device) = fit.__reduce__()
+    with pytest.warns(UserWarning, match=f"the fit was made on {re.escape(device)}; made again on .*CPU.* its curves differ in their last digits"):
+        here = make(method, curves, {**options, "device": "gpu:99"}, device)
+    assert np.abs(here.sample(20) - fit.sample(20)).max() < 1e-10
+
+
+def test_a_file_is_replaced_once_the_new_one_is_whole(tmp_path, monkeypatch):
+    path = tmp_path / "fit.npz"
+    fit = fc.Natural().fit(CURVES, device="cpu")
+    fit.save(path)
+    before = path.read_bytes()
+
+    def interrupted(file, **_):
+        file.write(b"half")
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(np, "savez", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        fit[:3].save(path)
+    assert path.read_bytes() == before and list(tmp_path.iterdir()) == [path]
