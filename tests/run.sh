@@ -141,7 +141,7 @@ fi
 
 # QGIS and Inkscape are large: only CI installs them.
 if [[ -n ${CI:-} ]]; then
-  apt_install qgis python3-qgis qgis-providers inkscape >"$logs/desktop" 2>&1 &
+  apt_install qgis python3-qgis qgis-providers inkscape python3-lxml python3-cssselect python3-numpy xvfb xauth >"$logs/desktop" 2>&1 &
   installing=$!
 fi
 
