@@ -695,7 +695,9 @@ def main() -> None:
             shown = "\n".join(f"faircurve {command}" for command in entry.commands.split("\n"))
             page.append(f"## {entry.title}\n\n{entry.words}\n\n![{entry.title}](pictures/{name})\n\n```sh\n{shown}\n```\n\n[More on {Path(entry.page).stem}]({entry.page})\n")
     for name in README:
-        shutil.copy(pictures / name, HERE / name)
+        if (pictures / name).read_bytes() != (HERE / name).read_bytes():
+            print(f"docs/{name} was another picture: commit the new one")
+            shutil.copy(pictures / name, HERE / name)
     (HERE / "gallery.md").write_text("\n".join(page))
 
 
