@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from . import _core
 from . import _times
 from ._arrays import ArrayT, Floats, Offsets, Pair, Ragged, _array_back, _list_back, _lists_of_numbers_back, _numbers_back, _pair_back, chosen, offsets_of, split
+from ._running import give_back
+from ._running import give_back
 from ._times import Clock
 
 
@@ -30,6 +32,10 @@ STATUSES: tuple[Status, ...] = get_args(Status)
 
 #: How samples are counted, by the word of ``by``.
 _BY = {"parameter": "count", "length": "points", "span": "per_span"}
+
+
+#: Coordinates of a fit that is large enough for freed memory to be given back.
+_LARGE = 1 << 17
 
 
 class Fit(Generic[ArrayT]):
@@ -56,6 +62,8 @@ class Fit(Generic[ArrayT]):
         self._clock = clock
         #: The method, and what it was asked with.
         self._recipe = recipe
+        if curves.coords.size > _LARGE:
+            give_back()
 
     def __reduce__(self) -> tuple[Any, ...]:
         if isinstance(self._recipe, _Selection):

@@ -36,7 +36,8 @@ impl CubicSplines {
     pub(crate) fn new(batch: &CurveBatch, knots: Knots, second: Numbers) -> Self {
         let unfitted = sort::map(knots.unfitted.keys().map(|&i| (i, Input::of(batch, i))));
         CubicSplines {
-            knots: Arc::new(knots),
+            // Weights and radii are the fit's alone.
+            knots: Arc::new(Knots { weights: None, radii: None, ..knots }),
             second,
             sided: BTreeMap::new(),
             unfitted,

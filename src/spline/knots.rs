@@ -128,12 +128,10 @@ impl Knots {
             Parametrisation::Auto => Parametrisation::Centripetal,
             other => other,
         };
-        if coincident == Coincident::Refuse
-            && let Some(knots) = Self::shared(batch, &rule)
-        {
+        let averages = coincident == Coincident::Average;
+        if let Some(knots) = Self::shared(batch, averages, &rule) {
             return Ok(knots);
         }
-        let averages = coincident == Coincident::Average;
         let runs = parallel::of(tasks(batch.offsets()), |curves| {
             let mut run = Run::new(batch, averages);
             for i in curves {
@@ -167,7 +165,7 @@ impl Knots {
 
     /// The knots of a batch of open curves whose parameters all increase, as most do: it shares the
     /// arrays of the batch. `None` for other batches.
-    fn shared(batch: &CurveBatch, rule: &(dyn Fn(usize) -> Parametrisation + Sync)) -> Option<Self> {
+    fn shared(batch: &CurveBatch, averages: bool, rule: &(dyn Fn(usize) -> Parametrisation + Sync)) -> Option<Self> {
         let is_open = |i: usize| !batch.is_closed(i) && batch.count(i) > 1 && batch.problem(i).is_none();
         if !(0..batch.len()).all(is_open) {
             return None;
@@ -191,7 +189,15 @@ impl Knots {
             offsets: offsets.to_vec(),
             t,
             values: batch.shared_coords().clone(),
-            weights: None,
+            weights: averages.then(|| {
+                let mut weights = vec![1.0; batch.total_points()];
+                for i in 0..batch.len() {
+                    if let Some(own) = batch.weights(i) {
+                        weights[offsets[i]..offsets[i + 1]].copy_from_slice(own);
+                    }
+                }
+                weights
+            }),
             closed: vec![false; batch.len()],
             repeats: BTreeMap::new(),
             radii: None,

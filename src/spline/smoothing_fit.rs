@@ -146,26 +146,25 @@ fn fit_on_cpu(own: OfCurve<'_>, batch: &CurveBatch, knots: &mut Knots, device: &
     let mut values = Arc::unwrap_or_clone(std::mem::take(&mut knots.values));
     let knots_only = &*knots;
     let mut second = Numbers::room(values.len());
+    let mut reports = vec![CurveReport::default(); batch.len()];
     let mut work = Vec::new();
-    let (mut values_rest, mut second_rest) = (&mut values[..], &mut second[..]);
+    let (mut values_rest, mut second_rest, mut reports_rest) = (&mut values[..], &mut second[..], &mut reports[..]);
     for curves in tasks(&knots.offsets) {
         let length = (knots.offsets[curves.end] - knots.offsets[curves.start]) * d;
-        work.push((curves, take(&mut values_rest, length), take(&mut second_rest, length)));
+        let reports = take(&mut reports_rest, curves.len());
+        work.push((curves, take(&mut values_rest, length), take(&mut second_rest, length), reports));
     }
-    let reports = parallel::of(work, |(curves, mut values, mut second)| {
+    parallel::of(work, |(curves, mut values, mut second, reports)| {
         let mut smoother = Smoother::default();
-        let fit_one = |i: usize| {
-            let length = knots_only.range(i).len() * d;
+        for (curve, report) in curves.zip(reports) {
+            let length = knots_only.range(curve).len() * d;
             let (values, second) = (take(&mut values, length), take(&mut second, length));
-            let report = knots_only
-                .report_unfitted(i)
-                .unwrap_or_else(|| smoother.fit(Slot { batch, knots: knots_only, curve: i, values, second }, &own(i)));
+            *report = knots_only
+                .report_unfitted(curve)
+                .unwrap_or_else(|| smoother.fit(Slot { batch, knots: knots_only, curve, values, second }, &own(curve)));
             device.finished(1);
-            report
-        };
-        curves.map(fit_one).collect::<Vec<_>>()
+        }
     });
-    let reports = reports.concat();
     knots.values = Arc::new(values);
     (second, reports)
 }
