@@ -26,8 +26,9 @@ CASES = {
     "smoothing, λ = 0.1, 20,000 × 10": (20_000, 10, "lam"),
     "smoothing, λ = 0.1, 1,000 × 100": (1_000, 100, "lam"),
     "smoothing, λ by gcv, 1,000 × 50": (1_000, 50, "gcv"),
+    "fair, 7,000 × 10": (7_000, 10, "fair"),
 }
-PEERS = {"natural": ("faircurve", "scipy", "interpax", "csaps"), "lam": ("faircurve", "scipy", "csaps"), "gcv": ("faircurve", "scipy")}
+PEERS = {"natural": ("faircurve", "scipy", "interpax", "csaps"), "lam": ("faircurve", "scipy", "csaps"), "gcv": ("faircurve", "scipy"), "fair": ("faircurve",)}
 
 
 def data(curves, points):
@@ -39,7 +40,7 @@ def data(curves, points):
 def of_faircurve(kind, t, y, u):
     import faircurve as fc
 
-    method = {"natural": fc.Natural(), "lam": fc.Smoothing(lam=0.1), "gcv": fc.Smoothing(lam="gcv")}[kind]
+    method = {"natural": fc.Natural(), "lam": fc.Smoothing(lam=0.1), "gcv": fc.Smoothing(lam="gcv"), "fair": fc.Fair()}[kind]
     return lambda: method.fit(y, t=t, device="cpu"), lambda fit: fit.sample(SAMPLES)
 
 

@@ -15,7 +15,6 @@ from . import _core
 from . import _times
 from ._arrays import ArrayT, Floats, Offsets, Pair, Ragged, _array_back, _list_back, _lists_of_numbers_back, _numbers_back, _pair_back, chosen, offsets_of, split
 from ._running import give_back
-from ._running import give_back
 from ._times import Clock
 
 
